@@ -1,0 +1,5 @@
+//! `treadmark`: a rigid-body testbed for the odometry of wheeled robots.
+
+pub mod dataset;
+pub mod geometry;
+pub mod odometry;
