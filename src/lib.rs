@@ -1,5 +1,7 @@
 //! `treadmark`: a rigid-body testbed for the odometry of wheeled robots.
 
 pub mod dataset;
+pub mod drive;
 pub mod geometry;
 pub mod odometry;
+pub mod scene;

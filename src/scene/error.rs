@@ -1,0 +1,174 @@
+//! What can be wrong with a robot or a world file.
+
+use std::path::PathBuf;
+
+/// A robot or world that cannot be loaded. Each message names the file, the place, the value and what is allowed.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SceneError {
+    /// A file that cannot be read.
+    #[error("{}: cannot be read: {source}", file.display())]
+    Io {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Neither a file nor a shipped name.
+    #[error("{given}: no such {kind} file, and no shipped {kind} of that name; shipped are: {}", shipped.join(", "))]
+    NotFound {
+        /// `robot` or `world`.
+        kind: &'static str,
+        /// What was asked for.
+        given: String,
+        /// Names that exist.
+        shipped: Vec<&'static str>,
+    },
+    /// TOML that does not parse, an unknown or missing key, a value out of range.
+    #[error("{}, line {line}, column {column}: {source}", file.display())]
+    Toml {
+        /// The file.
+        file: PathBuf,
+        /// Line, from 1.
+        line: usize,
+        /// Column, from 1.
+        column: usize,
+        /// What is wrong, with the key, the value and what is allowed.
+        source: TomlProblem,
+    },
+    /// URDF that does not parse.
+    #[error("{}: not a valid URDF: {source}", file.display())]
+    Urdf {
+        /// The file.
+        file: PathBuf,
+        /// The parser's reason.
+        source: Box<urdf_rs::UrdfError>,
+    },
+    /// A joint that the model file names and the URDF lacks.
+    #[error("{}: wheel `{wheel}` names joint `{joint}`, which {} does not have; its joints are: {}",
+        model.display(), urdf.display(), joints.join(", "))]
+    MissingJoint {
+        /// The model file.
+        model: PathBuf,
+        /// The URDF.
+        urdf: PathBuf,
+        /// The wheel.
+        wheel: String,
+        /// The joint that was named.
+        joint: String,
+        /// The joints that exist.
+        joints: Vec<String>,
+    },
+    /// A link that the model file names and the URDF lacks.
+    #[error("{}: caster names link `{link}`, which {} does not have; its links are: {}",
+        model.display(), urdf.display(), links.join(", "))]
+    MissingLink {
+        /// The model file.
+        model: PathBuf,
+        /// The URDF.
+        urdf: PathBuf,
+        /// The link that was named.
+        link: String,
+        /// The links that exist.
+        links: Vec<String>,
+    },
+    /// A joint that cannot be a driven wheel's.
+    #[error("{}: joint `{joint}` of wheel `{wheel}` {problem}", urdf.display())]
+    NotAWheel {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The wheel.
+        wheel: String,
+        /// The joint.
+        joint: String,
+        /// Why not.
+        problem: WheelProblem,
+    },
+    /// A link without a usable mass or inertia.
+    #[error("{}: link `{link}`: {quantity} is {value}; {allowed}", urdf.display())]
+    Inertia {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The link.
+        link: String,
+        /// `mass`, `inertia`, …
+        quantity: &'static str,
+        /// Its value.
+        value: f64,
+        /// What is allowed.
+        allowed: &'static str,
+    },
+    /// A number in the URDF that is not finite.
+    #[error("{}: {place} has a value that is not a finite number", urdf.display())]
+    NotFinite {
+        /// The URDF.
+        urdf: PathBuf,
+        /// Link or joint.
+        place: String,
+    },
+    /// A robot without driven wheels on one side.
+    #[error("{}: no wheel has side = \"{side}\"; a robot needs at least one driven wheel on the left and one on the right", model.display())]
+    NoWheel {
+        /// The model file.
+        model: PathBuf,
+        /// `left` or `right`.
+        side: &'static str,
+    },
+    /// Links that form no single tree.
+    #[error("{}: the links form no single tree: {} are all without a parent", urdf.display(), roots.join(", "))]
+    NotATree {
+        /// The URDF.
+        urdf: PathBuf,
+        /// Links without parent.
+        roots: Vec<String>,
+    },
+    /// A world without anything to stand on.
+    #[error("{}: a world without ground: it has neither a [plane] table nor any [[obstacles]]; a [plane] table, even an empty one, makes a level floor", file.display())]
+    NoGround {
+        /// The world file.
+        file: PathBuf,
+    },
+}
+
+/// What is wrong at a place in a TOML file, in the parser's words without its picture of the line.
+#[derive(Debug)]
+pub struct TomlProblem(pub(super) toml::de::Error);
+
+impl std::fmt::Display for TomlProblem {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.0.message().trim_end())
+    }
+}
+
+impl std::error::Error for TomlProblem {}
+
+/// Why a joint cannot be a driven wheel's.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum WheelProblem {
+    /// It does not turn.
+    #[error("is {kind}; a driven wheel's joint is continuous or revolute")]
+    DoesNotTurn {
+        /// The joint's type.
+        kind: String,
+    },
+    /// Its axis is not across the robot.
+    #[error(
+        "turns about ({0:.3}, {1:.3}, {2:.3}) in the base frame; a driven wheel turns about the lateral axis, y, within 20 degrees"
+    )]
+    NotLateral(f64, f64, f64),
+    /// It stands on the other side.
+    #[error("stands at y = {y:.4} m, but the model file says side = \"{side}\"; left is y > 0")]
+    WrongSide {
+        /// Lateral position \[m\].
+        y: f64,
+        /// Stated side.
+        side: &'static str,
+    },
+    /// It does not hang on the chassis.
+    #[error("hangs on `{parent}`, which itself moves; a driven wheel's parent is the chassis or fixed to it")]
+    NotOnChassis {
+        /// The parent link.
+        parent: String,
+    },
+}

@@ -1,0 +1,394 @@
+//! The robot: a URDF, and a model file with what a URDF cannot say.
+//!
+//! The base frame is the URDF's root link: x forward, y left, z up. Wheel rotation is positive forward whatever the
+//! sign of the joint's axis.
+
+use super::error::SceneError;
+use super::shape::{Body, Placement};
+use super::strict::{self, non_negative, optional_non_negative, optional_positive, positive};
+use super::tyre::Tyre;
+use super::{shipped, urdf};
+use crate::odometry::OdometryParameters;
+use nalgebra::{Point3, UnitVector3};
+use serde::Deserialize;
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+/// Which side of the robot.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// y > 0.
+    Left,
+    /// y < 0.
+    Right,
+}
+
+/// A robot, as built.
+#[derive(Debug, Clone)]
+pub struct Robot {
+    /// Name in the model file.
+    pub name: String,
+    /// The model file, or the name of the shipped robot.
+    pub file: PathBuf,
+    /// Everything that is not a driven wheel; its frame is the base frame.
+    pub chassis: Body,
+    /// The driven wheels, in model-file order (by name).
+    pub wheels: Vec<Wheel>,
+    /// Unpowered supports.
+    pub casters: Vec<Caster>,
+    /// The same for every wheel.
+    pub drivetrain: Drivetrain,
+    /// The same for every wheel.
+    pub encoder: Encoder,
+    /// What the on-board odometry believes.
+    pub odometry: OdometryParameters,
+    /// How the driver drives.
+    pub driver: DriverSettings,
+    /// What loading it left out, in plain words: joints held fixed, meshes ignored.
+    pub notes: Vec<String>,
+}
+
+/// A driven wheel.
+#[derive(Debug, Clone)]
+pub struct Wheel {
+    /// Name in the model file: `front_left`, …
+    pub name: String,
+    /// Side whose speed it follows.
+    pub side: Side,
+    /// Rim, tyre and hub.
+    pub body: Body,
+    /// Where the wheel body stands in the chassis at rotation 0.
+    pub base_from_wheel: Placement,
+    /// The axle in the wheel frame, pointing to the robot's left, so that positive rotation rolls forward.
+    pub axle: UnitVector3<f64>,
+    /// The tyre.
+    pub tyre: Tyre,
+}
+
+impl Wheel {
+    /// The axle in the base frame, pointing left.
+    pub fn axle_in_base(&self) -> UnitVector3<f64> {
+        self.base_from_wheel.rotation * self.axle
+    }
+
+    /// Moment of inertia about the axle \[kg m²\], rotor not included.
+    pub fn spin_inertia(&self) -> f64 {
+        self.axle.dot(&(self.body.inertia * self.axle.into_inner()))
+    }
+}
+
+/// An unpowered support: a ball caster, a point that presses on the floor and drags.
+#[derive(Debug, Clone)]
+pub struct Caster {
+    /// Its link.
+    pub link: String,
+    /// Centre of its ball in the base frame.
+    pub centre: Point3<f64>,
+    /// \[m\]
+    pub radius: f64,
+    /// \[N/m\]
+    pub vertical_stiffness: f64,
+    /// \[N s/m\]
+    pub vertical_damping: f64,
+    /// Drag force over load \[–\].
+    pub drag_coefficient: f64,
+}
+
+/// Motor, gear and speed loop of one wheel; torques and speeds at the wheel unless said otherwise.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Drivetrain {
+    /// Motor turns a wheel turn \[–\].
+    #[serde(deserialize_with = "positive")]
+    pub gear_ratio: f64,
+    /// Of the motor \[N m\].
+    #[serde(rename = "motor_stall_torque_nm", deserialize_with = "positive")]
+    pub motor_stall_torque: f64,
+    /// Of the motor \[rad/s\]: torque falls on a line from stall to nothing here.
+    #[serde(rename = "motor_no_load_speed_rad_s", deserialize_with = "positive")]
+    pub motor_no_load_speed: f64,
+    /// Of the motor \[kg m²\]; the wheel feels gear_ratio² of it.
+    #[serde(rename = "rotor_inertia_kg_m2", deserialize_with = "non_negative")]
+    pub rotor_inertia: f64,
+    /// Dry friction at the wheel \[N m\].
+    #[serde(rename = "dry_friction_nm", deserialize_with = "non_negative")]
+    pub dry_friction: f64,
+    /// Viscous friction at the wheel \[N m s\].
+    #[serde(rename = "viscous_friction_nm_s", deserialize_with = "non_negative")]
+    pub viscous_friction: f64,
+    /// P of the speed loop \[N m s\].
+    #[serde(rename = "proportional_gain_nm_s", deserialize_with = "positive")]
+    pub proportional_gain: f64,
+    /// I of the speed loop \[N m/rad\].
+    #[serde(rename = "integral_gain_nm", deserialize_with = "non_negative")]
+    pub integral_gain: f64,
+    /// Rate of the speed loop \[Hz\].
+    #[serde(rename = "loop_rate_hz", deserialize_with = "positive")]
+    pub loop_rate: f64,
+    /// The measured speed is the count difference over this time \[s\].
+    #[serde(rename = "speed_window_s", deserialize_with = "positive")]
+    pub speed_window: f64,
+}
+
+/// A wheel encoder.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Encoder {
+    /// Of the wheel; a real number, as gears make it.
+    #[serde(deserialize_with = "positive")]
+    pub ticks_per_revolution: f64,
+    /// How often it is read \[Hz\].
+    #[serde(rename = "rate_hz", deserialize_with = "positive")]
+    pub rate: f64,
+    /// Age of a count when the controller gets it \[s\]; logged stamps are not late.
+    #[serde(rename = "latency_s", deserialize_with = "non_negative")]
+    pub latency: f64,
+}
+
+/// How the driver drives.
+#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct DriverSettings {
+    /// \[m/s\]
+    #[serde(rename = "cruise_speed_m_s", deserialize_with = "positive")]
+    pub cruise_speed: f64,
+    /// \[m/s²\]
+    #[serde(rename = "acceleration_m_s2", deserialize_with = "positive")]
+    pub acceleration: f64,
+    /// On the spot \[rad/s\].
+    #[serde(rename = "turn_rate_rad_s", deserialize_with = "positive")]
+    pub turn_rate: f64,
+    /// On the spot \[rad/s²\].
+    #[serde(rename = "turn_acceleration_rad_s2", deserialize_with = "positive")]
+    pub turn_acceleration: f64,
+    /// Yaw rate asked for a radian of heading error \[1/s\].
+    #[serde(rename = "heading_gain_1_s", deserialize_with = "positive")]
+    pub heading_gain: f64,
+    /// Speed asked for a metre of distance still behind the plan \[1/s\].
+    #[serde(rename = "distance_gain_1_s", deserialize_with = "positive")]
+    pub distance_gain: f64,
+    /// Yaw rate asked for a metre off the line, over the speed \[rad/m²\].
+    #[serde(rename = "line_gain_rad_m2", deserialize_with = "non_negative")]
+    pub line_gain: f64,
+    /// Standstill at each corner \[s\].
+    #[serde(rename = "pause_s", deserialize_with = "non_negative")]
+    pub pause: f64,
+    /// How often the driver decides \[Hz\].
+    #[serde(rename = "rate_hz", deserialize_with = "positive")]
+    pub rate: f64,
+}
+
+impl Drivetrain {
+    /// Rotor inertia as the wheel feels it \[kg m²\].
+    pub fn reflected_inertia(&self) -> f64 {
+        self.gear_ratio * self.gear_ratio * self.rotor_inertia
+    }
+
+    /// The torque at the wheel nearest to `asked` \[N m\] that the motor's torque-speed line allows at wheel speed
+    /// `speed` \[rad/s\]. Braking is limited by stall torque alone.
+    pub fn limit(&self, asked: f64, speed: f64) -> f64 {
+        let stall = self.motor_stall_torque * self.gear_ratio;
+        let no_load = self.motor_no_load_speed / self.gear_ratio;
+        let forward = stall * (1.0 - speed / no_load).clamp(0.0, 1.0);
+        let backward = stall * (1.0 + speed / no_load).clamp(0.0, 1.0);
+        asked.clamp(-backward, forward)
+    }
+}
+
+impl Robot {
+    /// Reads a model file and the URDF that it names; `given` is a path or the name of a shipped robot.
+    ///
+    /// # Errors
+    /// What is wrong with which file, where, and what is allowed.
+    pub fn load(given: &str) -> Result<Robot, SceneError> {
+        let source = shipped::ROBOTS.find("robot", given)?;
+        let model: ModelFile = strict::parse(&source.file, &source.text)?;
+        let urdf_source = source.sibling(&model.urdf)?;
+        let wheels: Vec<(String, urdf::WheelJoint)> = model
+            .wheels
+            .iter()
+            .map(|(name, wheel)| (name.clone(), urdf::WheelJoint { joint: wheel.joint.clone(), side: wheel.side }))
+            .collect();
+        let tree = urdf::Tree::parse(&urdf_source.file, &urdf_source.text)?;
+        let assembly = tree.assemble(&source.file, &wheels)?;
+
+        for (side, word) in [(Side::Left, "left"), (Side::Right, "right")] {
+            if !model.wheels.values().any(|wheel| wheel.side == side) {
+                return Err(SceneError::NoWheel { model: source.file, side: word });
+            }
+        }
+        let tyre = model.tyre;
+        let wheels = model
+            .wheels
+            .into_iter()
+            .zip(assembly.wheels)
+            .map(|((name, wheel), mounted)| Wheel {
+                name,
+                side: wheel.side,
+                body: mounted.body,
+                base_from_wheel: mounted.base_from_wheel,
+                axle: mounted.axle,
+                tyre: Tyre {
+                    free_radius: wheel.free_radius,
+                    width: wheel.width.unwrap_or(tyre.width),
+                    vertical_stiffness: wheel.vertical_stiffness.unwrap_or(tyre.vertical_stiffness),
+                    vertical_damping: wheel.vertical_damping.unwrap_or(tyre.vertical_damping),
+                    slip_stiffness: wheel.slip_stiffness.unwrap_or(tyre.slip_stiffness),
+                    friction_along: wheel.friction_along.unwrap_or(tyre.friction_along),
+                    friction_across: wheel.friction_across.unwrap_or(tyre.friction_across),
+                },
+            })
+            .collect();
+        let casters = model
+            .casters
+            .into_iter()
+            .map(|caster| {
+                Ok(Caster {
+                    centre: tree.link_origin(&source.file, &caster.link)?,
+                    link: caster.link,
+                    radius: caster.radius,
+                    vertical_stiffness: caster.vertical_stiffness,
+                    vertical_damping: caster.vertical_damping,
+                    drag_coefficient: caster.drag_coefficient,
+                })
+            })
+            .collect::<Result<Vec<_>, SceneError>>()?;
+        Ok(Robot {
+            name: model.name,
+            file: source.file,
+            chassis: assembly.chassis,
+            wheels,
+            casters,
+            drivetrain: model.drivetrain,
+            encoder: model.encoder,
+            odometry: OdometryParameters {
+                left_wheel_radius: model.odometry.left_wheel_radius,
+                right_wheel_radius: model.odometry.right_wheel_radius,
+                track_width: model.odometry.track_width,
+                ticks_per_revolution: model.odometry.ticks_per_revolution,
+            },
+            driver: model.driver,
+            notes: assembly.notes,
+        })
+    }
+
+    /// Whole mass \[kg\].
+    pub fn mass(&self) -> f64 {
+        self.chassis.mass + self.wheels.iter().map(|wheel| wheel.body.mass).sum::<f64>()
+    }
+
+    /// b, lateral distance between the mean left and the mean right contact centre \[m\].
+    pub fn track_width(&self) -> f64 {
+        let mean = |side| {
+            let (sum, n) = self
+                .wheels
+                .iter()
+                .filter(|wheel| wheel.side == side)
+                .fold((0.0, 0.0), |(sum, n), wheel| (sum + wheel.base_from_wheel.translation.y, n + 1.0));
+            sum / n
+        };
+        mean(Side::Left) - mean(Side::Right)
+    }
+
+    /// l, from the rearmost to the foremost axle \[m\]; 0 for two wheels.
+    pub fn wheelbase(&self) -> f64 {
+        let x = |wheel: &Wheel| wheel.base_from_wheel.translation.x;
+        let front = self.wheels.iter().map(x).fold(f64::NEG_INFINITY, f64::max);
+        let rear = self.wheels.iter().map(x).fold(f64::INFINITY, f64::min);
+        front - rear
+    }
+}
+
+// ── the model file ──
+
+#[derive(Deserialize)]
+enum Format {
+    #[serde(rename = "treadmark-robot/1")]
+    V1,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct ModelFile {
+    #[serde(rename = "format")]
+    _format: Format,
+    name: String,
+    #[serde(rename = "description", default)]
+    _description: String,
+    urdf: String,
+    tyre: TyreTable,
+    wheels: BTreeMap<String, WheelTable>,
+    #[serde(default)]
+    casters: Vec<CasterTable>,
+    drivetrain: Drivetrain,
+    encoder: Encoder,
+    odometry: OdometryTable,
+    driver: DriverSettings,
+}
+
+/// What every tyre is like; a wheel's table may say otherwise.
+#[derive(Deserialize, Clone, Copy)]
+#[serde(deny_unknown_fields)]
+struct TyreTable {
+    #[serde(rename = "width_m", deserialize_with = "positive")]
+    width: f64,
+    #[serde(rename = "vertical_stiffness_n_m", deserialize_with = "positive")]
+    vertical_stiffness: f64,
+    #[serde(rename = "vertical_damping_n_s_m", deserialize_with = "non_negative")]
+    vertical_damping: f64,
+    #[serde(deserialize_with = "positive")]
+    slip_stiffness: f64,
+    #[serde(deserialize_with = "positive")]
+    friction_along: f64,
+    #[serde(deserialize_with = "positive")]
+    friction_across: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct WheelTable {
+    joint: String,
+    side: Side,
+    #[serde(rename = "free_radius_m", deserialize_with = "positive")]
+    free_radius: f64,
+    #[serde(rename = "width_m", default, deserialize_with = "optional_positive")]
+    width: Option<f64>,
+    #[serde(rename = "vertical_stiffness_n_m", default, deserialize_with = "optional_positive")]
+    vertical_stiffness: Option<f64>,
+    #[serde(rename = "vertical_damping_n_s_m", default, deserialize_with = "optional_non_negative")]
+    vertical_damping: Option<f64>,
+    #[serde(default, deserialize_with = "optional_positive")]
+    slip_stiffness: Option<f64>,
+    #[serde(default, deserialize_with = "optional_positive")]
+    friction_along: Option<f64>,
+    #[serde(default, deserialize_with = "optional_positive")]
+    friction_across: Option<f64>,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct CasterTable {
+    link: String,
+    #[serde(rename = "radius_m", deserialize_with = "positive")]
+    radius: f64,
+    #[serde(rename = "vertical_stiffness_n_m", deserialize_with = "positive")]
+    vertical_stiffness: f64,
+    #[serde(rename = "vertical_damping_n_s_m", deserialize_with = "non_negative")]
+    vertical_damping: f64,
+    #[serde(deserialize_with = "non_negative")]
+    drag_coefficient: f64,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct OdometryTable {
+    #[serde(rename = "left_wheel_radius_m", deserialize_with = "positive")]
+    left_wheel_radius: f64,
+    #[serde(rename = "right_wheel_radius_m", deserialize_with = "positive")]
+    right_wheel_radius: f64,
+    #[serde(rename = "track_width_m", deserialize_with = "positive")]
+    track_width: f64,
+    #[serde(deserialize_with = "positive")]
+    ticks_per_revolution: f64,
+}

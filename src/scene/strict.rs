@@ -1,0 +1,67 @@
+//! Strict TOML: unknown keys, NaN and values out of range are errors with line and column.
+
+use super::error::{SceneError, TomlProblem};
+use serde::de::{Deserialize, DeserializeOwned, Deserializer, Error};
+use std::path::Path;
+
+/// Parses the text of `file`.
+pub(super) fn parse<T: DeserializeOwned>(file: &Path, text: &str) -> Result<T, SceneError> {
+    toml::from_str(text).map_err(|source| {
+        let before = &text[..source.span().map_or(0, |span| span.start.min(text.len()))];
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        SceneError::Toml {
+            file: file.to_owned(),
+            line: before.matches('\n').count() + 1,
+            column: before[line_start..].chars().count() + 1,
+            source: TomlProblem(source),
+        }
+    })
+}
+
+fn ranged<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    allowed: &str,
+    holds: impl Fn(f64) -> bool,
+) -> Result<f64, D::Error> {
+    let value = f64::deserialize(deserializer)?;
+    if value.is_finite() && holds(value) {
+        Ok(value)
+    } else {
+        Err(D::Error::custom(format_args!("{value} is not allowed here: it must be {allowed}")))
+    }
+}
+
+/// A finite number.
+pub(super) fn finite<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    ranged(deserializer, "a finite number", |_| true)
+}
+
+/// A finite number above 0.
+pub(super) fn positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    ranged(deserializer, "a finite number above 0", |value| value > 0.0)
+}
+
+/// A finite number, 0 or above.
+pub(super) fn non_negative<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    ranged(deserializer, "a finite number, 0 or above", |value| value >= 0.0)
+}
+
+/// [`positive`] for a key that may be absent.
+pub(super) fn optional_positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    positive(deserializer).map(Some)
+}
+
+/// [`non_negative`] for a key that may be absent.
+pub(super) fn optional_non_negative<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    non_negative(deserializer).map(Some)
+}
+
+/// Three finite numbers.
+pub(super) fn finite_triple<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 3], D::Error> {
+    let values = <[f64; 3]>::deserialize(deserializer)?;
+    if values.iter().all(|value| value.is_finite()) {
+        Ok(values)
+    } else {
+        Err(D::Error::custom(format_args!("{values:?} is not allowed here: it must be three finite numbers")))
+    }
+}

@@ -1,0 +1,363 @@
+//! URDF → one chassis body and the driven wheels.
+//!
+//! Links that are not driven wheels are joined to the chassis with their masses, whatever joint holds them: a joint that
+//! could move is held at zero and a note says so. `<dynamics>` and `<limit>` of wheel joints are superseded by the model
+//! file's drivetrain.
+
+use super::error::{SceneError, WheelProblem};
+use super::robot::Side;
+use super::shape::{Body, PlacedShape, Placement, Shape};
+use nalgebra::{Matrix3, Point3, Translation3, Unit, UnitQuaternion, UnitVector3, Vector3};
+use std::collections::HashMap;
+use std::path::{Path, PathBuf};
+use urdf_rs::{Geometry, JointType, Link};
+
+/// A joint that the model file names as a driven wheel's.
+pub(super) struct WheelJoint {
+    pub joint: String,
+    pub side: Side,
+}
+
+/// A wheel as the URDF mounts it.
+pub(super) struct MountedWheel {
+    pub body: Body,
+    pub base_from_wheel: Placement,
+    pub axle: UnitVector3<f64>,
+}
+
+/// What a URDF comes to.
+pub(super) struct Assembly {
+    pub chassis: Body,
+    /// In the order asked for.
+    pub wheels: Vec<MountedWheel>,
+    pub notes: Vec<String>,
+}
+
+/// A parsed URDF whose links form a tree.
+pub(super) struct Tree {
+    file: PathBuf,
+    robot: urdf_rs::Robot,
+    /// Index of each link by name.
+    link_index: HashMap<String, usize>,
+    /// For each link the joint that holds it; `None` for the root.
+    parent_joint: Vec<Option<usize>>,
+    /// root_from_link at rest.
+    placements: Vec<Placement>,
+}
+
+impl Tree {
+    pub(super) fn parse(file: &Path, text: &str) -> Result<Tree, SceneError> {
+        let robot = urdf_rs::read_from_string(text)
+            .map_err(|source| SceneError::Urdf { file: file.to_owned(), source: Box::new(source) })?;
+        let link_index: HashMap<String, usize> =
+            robot.links.iter().enumerate().map(|(index, link)| (link.name.clone(), index)).collect();
+        let mut tree = Tree {
+            file: file.to_owned(),
+            link_index,
+            parent_joint: vec![None; robot.links.len()],
+            placements: vec![Placement::identity(); robot.links.len()],
+            robot,
+        };
+        tree.check_finite()?;
+        tree.place_links()?;
+        Ok(tree)
+    }
+
+    /// Where the origin of `link` stands in the base frame.
+    pub(super) fn link_origin(&self, model: &Path, link: &str) -> Result<Point3<f64>, SceneError> {
+        match self.link_index.get(link) {
+            Some(&index) => Ok(Point3::from(self.placements[index].translation.vector)),
+            None => Err(SceneError::MissingLink {
+                model: model.to_owned(),
+                urdf: self.file.clone(),
+                link: link.to_owned(),
+                links: self.robot.links.iter().map(|link| link.name.clone()).collect(),
+            }),
+        }
+    }
+
+    /// Joins links to bodies; each of `wheels` (name, joint) becomes a body of its own.
+    pub(super) fn assemble(&self, model: &Path, wheels: &[(String, WheelJoint)]) -> Result<Assembly, SceneError> {
+        let mut wheel_of_joint = HashMap::new();
+        for (position, (name, wheel)) in wheels.iter().enumerate() {
+            let joint = self.wheel_joint(model, name, wheel)?;
+            wheel_of_joint.insert(joint, position);
+        }
+
+        let root = self.root();
+        let mut notes = Vec::new();
+        let mut chassis = Body::empty(&self.robot.links[root].name);
+        let mut mounted: Vec<MountedWheel> = wheels.iter().map(|(_, wheel)| self.mount(wheel)).collect();
+        for (index, link) in self.robot.links.iter().enumerate() {
+            let (body, body_from_link) = match self.carrier(index, &wheel_of_joint) {
+                Some((wheel, hub)) => (&mut mounted[wheel].body, self.placements[hub].inv_mul(&self.placements[index])),
+                None => (&mut chassis, self.placements[index]),
+            };
+            self.join(body, link, body_from_link, &mut notes)?;
+        }
+        for (joint_index, joint) in self.robot.joints.iter().enumerate() {
+            let moves = !matches!(joint.joint_type, JointType::Fixed);
+            if moves && !wheel_of_joint.contains_key(&joint_index) {
+                notes.push(format!("joint `{}` is no driven wheel's: held fixed at zero", joint.name));
+            }
+        }
+
+        self.check_body(&chassis)?;
+        for wheel in &mounted {
+            self.check_body(&wheel.body)?;
+        }
+        Ok(Assembly { chassis, wheels: mounted, notes })
+    }
+
+    fn root(&self) -> usize {
+        self.parent_joint.iter().position(Option::is_none).unwrap_or(0)
+    }
+
+    /// Follows joints from the root outward; every link must be reached exactly once.
+    fn place_links(&mut self) -> Result<(), SceneError> {
+        let mut children: HashMap<&str, Vec<usize>> = HashMap::new();
+        for (joint_index, joint) in self.robot.joints.iter().enumerate() {
+            for end in [&joint.parent.link, &joint.child.link] {
+                if !self.link_index.contains_key(end) {
+                    return Err(SceneError::MissingLink {
+                        model: self.file.clone(),
+                        urdf: self.file.clone(),
+                        link: end.clone(),
+                        links: self.robot.links.iter().map(|link| link.name.clone()).collect(),
+                    });
+                }
+            }
+            self.parent_joint[self.link_index[&joint.child.link]] = Some(joint_index);
+            children.entry(&joint.parent.link).or_default().push(joint_index);
+        }
+        let roots: Vec<usize> = (0..self.robot.links.len()).filter(|&link| self.parent_joint[link].is_none()).collect();
+        let mut reached = 0;
+        let mut open = roots.clone();
+        while let Some(link) = open.pop() {
+            reached += 1;
+            for &joint_index in children.get(self.robot.links[link].name.as_str()).into_iter().flatten() {
+                let joint = &self.robot.joints[joint_index];
+                let child = self.link_index[&joint.child.link];
+                self.placements[child] = self.placements[link] * placement(&joint.origin);
+                open.push(child);
+            }
+        }
+        if roots.len() != 1 || reached != self.robot.links.len() {
+            let roots = roots.iter().map(|&link| self.robot.links[link].name.clone()).collect();
+            return Err(SceneError::NotATree { urdf: self.file.clone(), roots });
+        }
+        Ok(())
+    }
+
+    /// The wheel body that carries link `index`, with the wheel's hub link; `None`: the chassis carries it.
+    fn carrier(&self, mut index: usize, wheel_of_joint: &HashMap<usize, usize>) -> Option<(usize, usize)> {
+        while let Some(joint) = self.parent_joint[index] {
+            if let Some(&wheel) = wheel_of_joint.get(&joint) {
+                return Some((wheel, index));
+            }
+            index = self.link_index[&self.robot.joints[joint].parent.link];
+        }
+        None
+    }
+
+    /// The index of a driven wheel's joint, checked for being one.
+    fn wheel_joint(&self, model: &Path, name: &str, wheel: &WheelJoint) -> Result<usize, SceneError> {
+        let Some(index) = self.robot.joints.iter().position(|joint| joint.name == wheel.joint) else {
+            return Err(SceneError::MissingJoint {
+                model: model.to_owned(),
+                urdf: self.file.clone(),
+                wheel: name.to_owned(),
+                joint: wheel.joint.clone(),
+                joints: self.robot.joints.iter().map(|joint| joint.name.clone()).collect(),
+            });
+        };
+        let fails = |problem| {
+            Err(SceneError::NotAWheel {
+                urdf: self.file.clone(),
+                wheel: name.to_owned(),
+                joint: wheel.joint.clone(),
+                problem,
+            })
+        };
+        let joint = &self.robot.joints[index];
+        if !matches!(joint.joint_type, JointType::Continuous | JointType::Revolute) {
+            return fails(WheelProblem::DoesNotTurn { kind: format!("{:?}", joint.joint_type).to_lowercase() });
+        }
+        let hub = self.link_index[&joint.child.link];
+        let axis = self.placements[hub].rotation * Vector3::from(*joint.axis.xyz);
+        let lateral = axis.y.abs() / axis.norm();
+        if !(lateral > 20f64.to_radians().cos()) {
+            return fails(WheelProblem::NotLateral(axis.x, axis.y, axis.z));
+        }
+        let y = self.placements[hub].translation.y;
+        let (on_its_side, side) = match wheel.side {
+            Side::Left => (y > 0.0, "left"),
+            Side::Right => (y < 0.0, "right"),
+        };
+        if !on_its_side {
+            return fails(WheelProblem::WrongSide { y, side });
+        }
+        let mut link = self.link_index[&joint.parent.link];
+        while let Some(above) = self.parent_joint[link] {
+            let above = &self.robot.joints[above];
+            if !matches!(above.joint_type, JointType::Fixed) {
+                return fails(WheelProblem::NotOnChassis { parent: joint.parent.link.clone() });
+            }
+            link = self.link_index[&above.parent.link];
+        }
+        Ok(index)
+    }
+
+    /// The empty body of a wheel whose joint has been checked.
+    fn mount(&self, wheel: &WheelJoint) -> MountedWheel {
+        let joint = self.robot.joints.iter().find(|joint| joint.name == wheel.joint).expect("checked by wheel_joint");
+        let base_from_wheel = self.placements[self.link_index[&joint.child.link]];
+        let axis = Unit::new_normalize(Vector3::from(*joint.axis.xyz));
+        let points_left = (base_from_wheel.rotation * axis).y > 0.0;
+        MountedWheel {
+            body: Body::empty(&joint.child.link),
+            base_from_wheel,
+            axle: if points_left { axis } else { -axis },
+        }
+    }
+
+    /// Adds a link's mass and shapes to the body that carries it.
+    fn join(
+        &self,
+        body: &mut Body,
+        link: &Link,
+        body_from_link: Placement,
+        notes: &mut Vec<String>,
+    ) -> Result<(), SceneError> {
+        let inertial = &link.inertial;
+        let mass = inertial.mass.value;
+        if mass < 0.0 {
+            return Err(self.bad_inertia(&link.name, "mass", mass, "it must be 0 or above"));
+        }
+        if mass > 0.0 {
+            let body_from_centre = body_from_link * placement(&inertial.origin);
+            let i = &inertial.inertia;
+            let local = Matrix3::new(i.ixx, i.ixy, i.ixz, i.ixy, i.iyy, i.iyz, i.ixz, i.iyz, i.izz);
+            let rotation = body_from_centre.rotation.to_rotation_matrix();
+            body.add_mass(
+                mass,
+                Point3::from(body_from_centre.translation.vector),
+                rotation * local * rotation.transpose(),
+            );
+        }
+        let mut meshes = 0;
+        for visual in &link.visual {
+            let colour = visual.material.as_ref().and_then(|material| {
+                let named = self.robot.materials.iter().find(|other| other.name == material.name);
+                let colour = material.color.as_ref().or(named.and_then(|material| material.color.as_ref()));
+                colour.map(|colour| *colour.rgba)
+            });
+            match shape(&visual.geometry) {
+                Some(shape) => body.visuals.push(PlacedShape {
+                    shape,
+                    placement: body_from_link * placement(&visual.origin),
+                    colour,
+                }),
+                None => meshes += 1,
+            }
+        }
+        for collision in &link.collision {
+            match shape(&collision.geometry) {
+                Some(shape) => body.collisions.push(PlacedShape {
+                    shape,
+                    placement: body_from_link * placement(&collision.origin),
+                    colour: None,
+                }),
+                None => {
+                    notes.push(format!("link `{}`: a collision mesh is left out, it hits nothing there", link.name))
+                }
+            }
+        }
+        if meshes > 0 {
+            notes.push(format!(
+                "link `{}`: {meshes} visual mesh(es) are left out, recordings do not show them",
+                link.name
+            ));
+        }
+        Ok(())
+    }
+
+    /// A body that moves needs a mass and a positive definite inertia whose principal moments obey the triangle
+    /// inequality.
+    fn check_body(&self, body: &Body) -> Result<(), SceneError> {
+        if !(body.mass > 0.0) {
+            return Err(self.bad_inertia(&body.name, "mass", body.mass, "it must be above 0 kg"));
+        }
+        let mut moments = body.inertia.symmetric_eigenvalues();
+        moments.as_mut_slice().sort_by(f64::total_cmp);
+        if !(moments[0] > 0.0) {
+            return Err(self.bad_inertia(
+                &body.name,
+                "its smallest principal moment of inertia",
+                moments[0],
+                "all three must be above 0 kg m²",
+            ));
+        }
+        if moments[2] > (moments[0] + moments[1]) * (1.0 + 1e-6) {
+            return Err(self.bad_inertia(
+                &body.name,
+                "its largest principal moment of inertia",
+                moments[2],
+                "no rigid body has one above the sum of the other two",
+            ));
+        }
+        Ok(())
+    }
+
+    fn bad_inertia(&self, link: &str, quantity: &'static str, value: f64, allowed: &'static str) -> SceneError {
+        SceneError::Inertia { urdf: self.file.clone(), link: link.to_owned(), quantity, value, allowed }
+    }
+
+    fn check_finite(&self) -> Result<(), SceneError> {
+        let finite = |pose: &urdf_rs::Pose| pose.xyz.iter().chain(pose.rpy.iter()).all(|value| value.is_finite());
+        let not_finite = |place: String| SceneError::NotFinite { urdf: self.file.clone(), place };
+        for joint in &self.robot.joints {
+            if !finite(&joint.origin) || !joint.axis.xyz.iter().all(|value| value.is_finite()) {
+                return Err(not_finite(format!("joint `{}`", joint.name)));
+            }
+        }
+        for link in &self.robot.links {
+            let i = &link.inertial.inertia;
+            let inertia = [link.inertial.mass.value, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz];
+            let shapes = link.visual.iter().map(|visual| (&visual.origin, &visual.geometry));
+            let shapes = shapes.chain(link.collision.iter().map(|collision| (&collision.origin, &collision.geometry)));
+            let shapes_finite =
+                shapes.into_iter().all(|(origin, geometry)| finite(origin) && finite_geometry(geometry));
+            if !finite(&link.inertial.origin) || !inertia.iter().all(|value| value.is_finite()) || !shapes_finite {
+                return Err(not_finite(format!("link `{}`", link.name)));
+            }
+        }
+        Ok(())
+    }
+}
+
+fn placement(pose: &urdf_rs::Pose) -> Placement {
+    let [x, y, z] = *pose.xyz;
+    let [roll, pitch, yaw] = *pose.rpy;
+    Placement::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+}
+
+fn shape(geometry: &Geometry) -> Option<Shape> {
+    match *geometry {
+        Geometry::Box { ref size } => Some(Shape::Box { size: **size }),
+        Geometry::Cylinder { radius, length } => Some(Shape::Cylinder { radius, length }),
+        Geometry::Sphere { radius } => Some(Shape::Sphere { radius }),
+        Geometry::Capsule { .. } | Geometry::Mesh { .. } => None,
+    }
+}
+
+fn finite_geometry(geometry: &Geometry) -> bool {
+    match geometry {
+        Geometry::Box { size } => size.iter().all(|value| value.is_finite()),
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
+            radius.is_finite() && length.is_finite()
+        }
+        Geometry::Sphere { radius } => radius.is_finite(),
+        Geometry::Mesh { .. } => true,
+    }
+}
