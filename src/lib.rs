@@ -5,3 +5,4 @@ pub mod drive;
 pub mod geometry;
 pub mod odometry;
 pub mod scene;
+pub mod world;

@@ -1,5 +1,14 @@
-//! Drives protocols.
+//! Drives protocols: the driver that closes the loop on ticks, and one run from mark to mark.
+//!
+//! The driver receives ticks, never poses (invariant 2): [`Driver::decide`] is its only way in.
 
+mod driver;
+mod error;
 mod observe;
+mod run;
 
-pub use observe::{CELLS_ACROSS, CELLS_ALONG, Observer, PatchSnapshot, SNAPSHOT_RATE, Snapshot, WheelSnapshot};
+pub use crate::world::{CELLS_ACROSS, CELLS_ALONG, PatchSnapshot, WheelSnapshot};
+pub use driver::{Command, Driver};
+pub use error::DriveError;
+pub use observe::{Observer, SNAPSHOT_RATE, Snapshot};
+pub use run::{SimulatedRun, Task, run};

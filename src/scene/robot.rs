@@ -105,7 +105,7 @@ pub struct Drivetrain {
     /// Of the motor \[N m\].
     #[serde(rename = "motor_stall_torque_nm", deserialize_with = "positive")]
     pub motor_stall_torque: f64,
-    /// Of the motor \[rad/s\]: torque falls on a line from stall to nothing here.
+    /// Of the motor \[rad/s\]: at full voltage, torque falls on a line from stall to nothing here.
     #[serde(rename = "motor_no_load_speed_rad_s", deserialize_with = "positive")]
     pub motor_no_load_speed: f64,
     /// Of the motor \[kg m²\]; the wheel feels gear_ratio² of it.
@@ -117,10 +117,10 @@ pub struct Drivetrain {
     /// Viscous friction at the wheel \[N m s\].
     #[serde(rename = "viscous_friction_nm_s", deserialize_with = "non_negative")]
     pub viscous_friction: f64,
-    /// P of the speed loop \[N m s\].
+    /// P of the speed loop, in stall torque of the voltage that it adds \[N m s\].
     #[serde(rename = "proportional_gain_nm_s", deserialize_with = "positive")]
     pub proportional_gain: f64,
-    /// I of the speed loop \[N m/rad\].
+    /// I of the speed loop, likewise \[N m/rad\].
     #[serde(rename = "integral_gain_nm", deserialize_with = "non_negative")]
     pub integral_gain: f64,
     /// Rate of the speed loop \[Hz\].
@@ -185,14 +185,20 @@ impl Drivetrain {
         self.gear_ratio * self.gear_ratio * self.rotor_inertia
     }
 
-    /// The torque at the wheel nearest to `asked` \[N m\] that the motor's torque-speed line allows at wheel speed
-    /// `speed` \[rad/s\]. Braking is limited by stall torque alone.
-    pub fn limit(&self, asked: f64, speed: f64) -> f64 {
-        let stall = self.motor_stall_torque * self.gear_ratio;
-        let no_load = self.motor_no_load_speed / self.gear_ratio;
-        let forward = stall * (1.0 - speed / no_load).clamp(0.0, 1.0);
-        let backward = stall * (1.0 + speed / no_load).clamp(0.0, 1.0);
-        asked.clamp(-backward, forward)
+    /// Torque at the wheel at standstill under full voltage \[N m\].
+    pub fn stall_torque(&self) -> f64 {
+        self.motor_stall_torque * self.gear_ratio
+    }
+
+    /// Speed of the unloaded wheel under full voltage \[rad/s\].
+    pub fn no_load_speed(&self) -> f64 {
+        self.motor_no_load_speed / self.gear_ratio
+    }
+
+    /// Torque at the wheel \[N m\] at `voltage` (−1 to 1 of the full one) and wheel speed `speed` \[rad/s\]: the line of a
+    /// permanent-magnet motor, stall · (voltage − speed/no-load speed).
+    pub fn motor_torque(&self, voltage: f64, speed: f64) -> f64 {
+        self.stall_torque() * (voltage - speed / self.no_load_speed())
     }
 }
 

@@ -1,0 +1,168 @@
+//! Scene → rapier: bodies, joints and colliders.
+
+use super::convert;
+use super::error::WorldError;
+use super::ground::Ground;
+use crate::geometry::Pose2;
+use crate::scene::{Body, Contact, Placement, Robot, Scene, Shape, Wheel};
+use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
+use rapier3d::math::{Pose, Rotation, Vector};
+use rapier3d::parry::query::intersection_test;
+use rapier3d::parry::shape::SharedShape;
+use rapier3d::prelude::{
+    CoefficientCombineRule, Collider, ColliderBuilder, FrictionModel, GenericJoint, MassProperties, PhysicsWorld,
+    RevoluteJointBuilder, RigidBodyBuilder, RigidBodyHandle,
+};
+
+/// The engine with the robot in it, at rest on the ground.
+pub(super) struct Bodies {
+    pub physics: PhysicsWorld,
+    pub chassis: RigidBodyHandle,
+    pub wheels: Vec<RigidBodyHandle>,
+}
+
+/// Builds the engine's bodies for `scene` with the robot's base over `start`.
+pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodies, WorldError> {
+    let room_from_base = stand(scene, ground, start)?;
+    let robot = &scene.robot;
+    refuse_overlap(robot, ground, &room_from_base)?;
+
+    let mut physics = PhysicsWorld::new();
+    physics.gravity = convert::vector(scene.floor.gravity());
+    let settings = &mut physics.integration_parameters;
+    settings.dt = scene.time_step;
+    settings.num_solver_iterations = 1;
+    settings.contact_recycling = false;
+    settings.friction_model = FrictionModel::Coulomb;
+
+    let chassis_friction = scene.floor.plane.map_or(0.3, |plane| plane.chassis_friction);
+    for piece in &ground.pieces {
+        let collider = ColliderBuilder::new(piece.shape.clone())
+            .position(piece.room_from_shape)
+            .friction(1.0)
+            .friction_combine_rule(CoefficientCombineRule::Multiply);
+        physics.insert_collider(collider, None);
+    }
+
+    let dynamic = |placement: &Placement, body: &Body, extra: Matrix3<f64>| {
+        RigidBodyBuilder::dynamic().pose(convert::pose(placement)).can_sleep(false).additional_mass_properties(
+            MassProperties::with_inertia_matrix(
+                convert::point(body.centre_of_mass),
+                body.mass,
+                convert::matrix(&(body.inertia + extra)),
+            ),
+        )
+    };
+    let chassis = physics.insert_body(dynamic(&room_from_base, &robot.chassis, Matrix3::zeros()));
+    for placed in &robot.chassis.collisions {
+        physics.insert_collider(solid(&placed.shape, &placed.placement, chassis_friction), Some(chassis));
+    }
+
+    let mut wheels = Vec::with_capacity(robot.wheels.len());
+    for wheel in &robot.wheels {
+        // The rotor turns with the wheel through its gear: known difference, its own gyroscopic moment is left out.
+        let axle = wheel.axle.into_inner();
+        let rotor = axle * axle.transpose() * robot.drivetrain.reflected_inertia();
+        let handle = physics.insert_body(dynamic(&(room_from_base * wheel.base_from_wheel), &wheel.body, rotor));
+        physics.insert_impulse_joint(chassis, handle, hinge(wheel));
+        if scene.contact == Contact::Rigid {
+            physics.insert_collider(rigid_tyre(wheel), Some(handle));
+        }
+        wheels.push(handle);
+    }
+    Ok(Bodies { physics, chassis, wheels })
+}
+
+/// Where the base stands so that the lowest tyres bear the robot, squashed as at rest.
+fn stand(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Placement, WorldError> {
+    let robot = &scene.robot;
+    let heading = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), start.heading);
+    let over = Placement::from_parts(Translation3::new(start.x, start.y, 0.0), heading);
+    let stiffness = robot.wheels.iter().map(|wheel| wheel.tyre.vertical_stiffness).sum::<f64>()
+        + robot.casters.iter().map(|caster| caster.vertical_stiffness).sum::<f64>();
+    let squash = match scene.contact {
+        Contact::Patch => robot.mass() * crate::scene::GRAVITY / stiffness,
+        Contact::Rigid => 0.0,
+    };
+    let mut height = f64::NEG_INFINITY;
+    for wheel in &robot.wheels {
+        let hub = over * wheel.base_from_wheel.translation.vector;
+        let above = if scene.floor.plane.is_some() { wheel.tyre.free_radius } else { 100.0 };
+        let ground = ground.height_at(hub.x, hub.y, above).ok_or_else(|| WorldError::NoGround {
+            wheel: wheel.name.clone(),
+            x: hub.x,
+            y: hub.y,
+        })?;
+        height = height.max(ground + wheel.tyre.free_radius - squash - hub.z);
+    }
+    Ok(Placement::from_parts(Translation3::new(start.x, start.y, height), heading))
+}
+
+/// A robot that shares space with an obstacle at the start would be thrown out of it.
+fn refuse_overlap(robot: &Robot, ground: &Ground, room_from_base: &Placement) -> Result<(), WorldError> {
+    let chassis = robot.chassis.collisions.iter().map(|placed| {
+        let (shape, shape_from_parry) = parry_shape(&placed.shape);
+        (robot.chassis.name.clone(), shape, convert::pose(&(room_from_base * placed.placement)) * shape_from_parry)
+    });
+    let wheels = robot.wheels.iter().map(|wheel| {
+        // A tenth smaller, so that a tyre may stand on or touch an obstacle.
+        let shape = SharedShape::cylinder(0.45 * wheel.tyre.width, 0.9 * wheel.tyre.free_radius);
+        let room_from_wheel = convert::pose(&(room_from_base * wheel.base_from_wheel));
+        (format!("wheel `{}`", wheel.name), shape, room_from_wheel * along_axle(wheel))
+    });
+    for (part, shape, placement) in chassis.chain(wheels) {
+        for piece in &ground.pieces {
+            let Some(obstacle) = piece.obstacle else { continue };
+            let overlap = intersection_test(&piece.room_from_shape, &*piece.shape, &placement, &*shape);
+            if overlap.is_ok_and(|overlap| overlap.intersecting) {
+                return Err(WorldError::StartsInside { obstacle, part });
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A revolute joint about the wheel's axle; no contacts between wheel and chassis.
+fn hinge(wheel: &Wheel) -> GenericJoint {
+    let mut joint: GenericJoint =
+        RevoluteJointBuilder::new(convert::vector(wheel.axle.into_inner())).contacts_enabled(false).build().into();
+    joint.local_frame1 = convert::pose(&wheel.base_from_wheel) * joint.local_frame2;
+    joint
+}
+
+/// The wheel as the engine's own cylinder with Coulomb friction.
+fn rigid_tyre(wheel: &Wheel) -> Collider {
+    ColliderBuilder::cylinder(0.5 * wheel.tyre.width, wheel.tyre.free_radius)
+        .position(along_axle(wheel))
+        .density(0.0)
+        .friction(wheel.tyre.friction_along)
+        .friction_combine_rule(CoefficientCombineRule::Multiply)
+        .build()
+}
+
+/// Parry's cylinders stand along y.
+fn along_axle(wheel: &Wheel) -> Pose {
+    Pose::from_rotation(Rotation::from_rotation_arc(Vector::Y, convert::vector(wheel.axle.into_inner())))
+}
+
+fn solid(shape: &Shape, placement: &Placement, friction: f64) -> Collider {
+    let (shape, shape_from_parry) = parry_shape(shape);
+    ColliderBuilder::new(shape)
+        .position(convert::pose(placement) * shape_from_parry)
+        .density(0.0)
+        .friction(friction)
+        .friction_combine_rule(CoefficientCombineRule::Multiply)
+        .build()
+}
+
+/// A shape as parry has it, and how parry's stands in ours: URDF's cylinders stand along z, parry's along y.
+fn parry_shape(shape: &Shape) -> (SharedShape, Pose) {
+    match *shape {
+        Shape::Box { size: [x, y, z] } => (SharedShape::cuboid(0.5 * x, 0.5 * y, 0.5 * z), Pose::identity()),
+        Shape::Sphere { radius } => (SharedShape::ball(radius), Pose::identity()),
+        Shape::Cylinder { radius, length } => (
+            SharedShape::cylinder(0.5 * length, radius),
+            Pose::from_rotation(Rotation::from_rotation_arc(Vector::Y, Vector::Z)),
+        ),
+    }
+}
