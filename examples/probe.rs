@@ -7,7 +7,7 @@ fn main() {
     let robot = args.get(1).map_or("jnpf_4wd", |s| s);
     for side in [2.0, 4.0] {
         for direction in [Rotation::Clockwise, Rotation::CounterClockwise] {
-            for dt in [2.5e-3, 1.25e-3, 1e-3, 0.625e-3, 0.3125e-3] {
+            for dt in [1.25e-3] {
                 let mut scene = Scene::load(robot, "lab_floor").unwrap().noise_free();
                 scene.time_step = dt;
                 let task = Task {

@@ -1,7 +1,9 @@
 //! `treadmark`: a rigid-body testbed for the odometry of wheeled robots.
 
+pub mod calibrate;
 pub mod dataset;
 pub mod drive;
+pub mod experiment;
 pub mod geometry;
 pub mod odometry;
 pub mod scene;

@@ -164,14 +164,21 @@ pub fn run(
 }
 
 /// The random stream of one purpose of one run: adding a run or a purpose moves no other.
-pub(crate) fn stream(seed: u64, run: &str, purpose: &str) -> ChaCha8Rng {
+fn stream(seed: u64, run: &str, purpose: &str) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    // FNV-1a of "run/purpose" chooses one of ChaCha's 2⁶⁴ streams; it is stable across versions and platforms.
-    let name = run.bytes().chain([b'/']).chain(purpose.bytes());
-    rng.set_stream(
-        name.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3)),
-    );
+    rng.set_stream(fnv1a(&[run, "/", purpose]));
     rng
+}
+
+/// The seed of one campaign of several under a common `seed`: another campaign has fresh noise.
+pub fn derived_seed(seed: u64, campaign: &str) -> u64 {
+    seed ^ fnv1a(&[campaign])
+}
+
+/// FNV-1a: a hash that is the same in every version and on every platform, which the standard library's is not.
+fn fnv1a(parts: &[&str]) -> u64 {
+    let bytes = parts.iter().flat_map(|part| part.bytes());
+    bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x100_0000_01b3))
 }
 
 /// Which wheels make a side.

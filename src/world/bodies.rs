@@ -33,6 +33,8 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
     settings.dt = scene.time_step;
     settings.num_solver_iterations = 1;
     settings.contact_recycling = false;
+    // One sweep leaves hinges open by about g dt²; two bring the loads of a spinning robot within 0.1 % of each other.
+    settings.num_internal_pgs_iterations = 2;
     settings.friction_model = FrictionModel::Coulomb;
 
     let chassis_friction = scene.floor.plane.map_or(0.3, |plane| plane.chassis_friction);
