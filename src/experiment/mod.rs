@@ -4,4 +4,4 @@ mod squares;
 mod stage;
 
 pub use squares::{Experiment, ExperimentError, MethodResult, Plan, squares};
-pub use stage::{SideResult, Stage, StageRun, Watch};
+pub use stage::{SideResult, Stage, StageRun, Watch, campaign};

@@ -1,0 +1,41 @@
+//! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
+
+mod drive;
+mod experiment;
+mod options;
+mod output;
+mod watch;
+
+use clap::{Parser, Subcommand};
+
+/// Simulates, calibrates and records the odometry of wheeled robots.
+#[derive(Parser)]
+#[command(name = "treadmark", version, about, long_about = None, args_conflicts_with_subcommands = true)]
+pub struct Cli {
+    #[command(subcommand)]
+    command: Option<Command>,
+    #[command(flatten)]
+    experiment: experiment::Arguments,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Drive squares both ways round, calibrate from where they ended, drive again (the default)
+    Experiment(experiment::Arguments),
+    /// Drive one run
+    Drive(drive::Arguments),
+}
+
+impl Cli {
+    /// Does what was asked for.
+    ///
+    /// # Errors
+    /// Anything that kept it from being done, as a chain of causes for the user.
+    pub fn run(self) -> anyhow::Result<()> {
+        match self.command {
+            None => experiment::run(&self.experiment),
+            Some(Command::Experiment(arguments)) => experiment::run(&arguments),
+            Some(Command::Drive(arguments)) => drive::run(&arguments),
+        }
+    }
+}

@@ -1,0 +1,88 @@
+//! Options that several commands share.
+
+use crate::scene::{Contact, DEFAULT_TIME_STEP, ROBOTS, Scatter, Scene, Survey, WORLDS};
+use clap::{Args, ValueEnum};
+use std::path::PathBuf;
+
+/// What to simulate, and where results go.
+#[derive(Args)]
+pub(super) struct SceneOptions {
+    /// Robot model file, or the name of a shipped robot: jnpf_4wd, husky_a200, optiodom
+    #[arg(long, value_name = "FILE|NAME", default_value = ROBOTS.names()[0])]
+    pub robot: String,
+    /// World file, or the name of a shipped world: lab_floor, tilted_floor, slippery_patch, sill
+    #[arg(long, value_name = "FILE|NAME", default_value = WORLDS.names()[0])]
+    pub world: String,
+    /// How wheels meet the ground: rubber tyres on contact patches, or the engine's own rigid cylinders, for comparison
+    #[arg(long, value_enum, default_value_t = Tyre::Patch)]
+    pub tyre: Tyre,
+    /// Seed of all noise; the same seed gives the same bits
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Survey poses without noise (default: 2 mm and 3 mrad a reading)
+    #[arg(long)]
+    pub no_survey_noise: bool,
+    /// Leave out the scatter that an uneven floor makes from run to run
+    #[arg(long)]
+    pub no_scatter: bool,
+    /// Simulation step [s]
+    #[arg(long, value_name = "SECONDS", default_value_t = DEFAULT_TIME_STEP, value_parser = positive)]
+    pub time_step: f64,
+    /// Worker threads (default: one a core); results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+    /// New folder for results (default: a new numbered one under recordings/)
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// Write no recording
+    #[arg(long)]
+    pub no_recording: bool,
+    /// Print JSON on stdout, and nothing else there
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `--tyre`.
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum Tyre {
+    Patch,
+    Rigid,
+}
+
+impl SceneOptions {
+    /// The scene that the options describe; notes on what loading it left out go to stderr.
+    pub(super) fn scene(&self) -> anyhow::Result<Scene> {
+        let mut scene = Scene::load(&self.robot, &self.world)?;
+        for note in &scene.robot.notes {
+            eprintln!("note: {note}");
+        }
+        scene.contact = match self.tyre {
+            Tyre::Patch => Contact::Patch,
+            Tyre::Rigid => Contact::Rigid,
+        };
+        if self.no_survey_noise {
+            scene.survey = Survey::PERFECT;
+        }
+        if self.no_scatter {
+            scene.scatter = Scatter::NONE;
+        }
+        scene.time_step = self.time_step;
+        Ok(scene)
+    }
+
+    /// Sets the number of rayon's threads.
+    pub(super) fn set_threads(&self) -> anyhow::Result<()> {
+        if let Some(threads) = self.threads {
+            rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
+        }
+        Ok(())
+    }
+}
+
+/// A finite number above 0.
+pub(super) fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
+        _ => Err("it must be a finite number above 0".to_owned()),
+    }
+}

@@ -1,0 +1,49 @@
+//! Progress on stderr, Ctrl-C, and the recording of what goes on.
+
+use crate::drive::{Observer, SimulatedRun};
+use crate::experiment::{StageRun, Watch};
+use indicatif::{ProgressBar, ProgressStyle};
+use std::sync::OnceLock;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Set by Ctrl-C; a second Ctrl-C ends the program at once.
+pub(super) fn stop_on_ctrl_c() -> &'static AtomicBool {
+    static STOP: AtomicBool = AtomicBool::new(false);
+    static SET: OnceLock<()> = OnceLock::new();
+    SET.get_or_init(|| {
+        let handler = || {
+            if STOP.swap(true, Ordering::Relaxed) {
+                std::process::exit(2);
+            }
+            eprintln!("\nstopping: what has been driven is kept (Ctrl-C again to end at once)");
+        };
+        if let Err(error) = ctrlc::set_handler(handler) {
+            eprintln!("note: Ctrl-C will end the program at once: {error}");
+        }
+    });
+    &STOP
+}
+
+/// A bar over `runs` runs, on stderr; nothing where stderr is no terminal.
+pub(super) fn progress_bar(runs: usize) -> ProgressBar {
+    let style = ProgressStyle::with_template("{bar:40.cyan/blue} {pos}/{len} runs  {msg}  {elapsed_precise}");
+    ProgressBar::new(runs as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+}
+
+/// Watches an experiment for a progress bar and, where there is one, a recording.
+pub(super) struct Watcher<'a> {
+    pub progress: ProgressBar,
+    /// Makes the observer that records a run.
+    pub record: &'a (dyn Fn(StageRun<'_>) -> Option<Box<dyn Observer>> + Sync),
+}
+
+impl Watch for Watcher<'_> {
+    fn begins(&self, run: StageRun<'_>) -> Option<Box<dyn Observer>> {
+        self.progress.set_message(format!("{} {}", run.stage, run.task.name));
+        (self.record)(run)
+    }
+
+    fn ended(&self, _run: StageRun<'_>, _result: &SimulatedRun) {
+        self.progress.inc(1);
+    }
+}

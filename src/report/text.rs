@@ -1,0 +1,146 @@
+//! Tables for the terminal, and the same as markdown for the recording's text panel.
+
+use crate::calibrate::CentreOfGravity;
+use crate::drive::SimulatedRun;
+use crate::experiment::{Experiment, MethodResult, Stage};
+use crate::geometry::Pose2;
+use comfy_table::presets::{ASCII_MARKDOWN, UTF8_FULL_CONDENSED};
+use comfy_table::{CellAlignment, Table};
+use std::fmt::Write;
+
+/// How tables are drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Style {
+    /// For a terminal.
+    Terminal,
+    /// Markdown.
+    Markdown,
+}
+
+/// End points of every stage of an experiment, and what the calibration gained.
+pub fn experiment(experiment: &Experiment, style: Style) -> String {
+    let mut text = String::new();
+    heading(&mut text, style, "Where the squares ended: centres of gravity of surveyed − dead-reckoned end points");
+    let mut table = table(style, &["squares", "runs", "x cw", "y cw", "r cw", "x ccw", "y ccw", "r ccw", "E_max,syst"]);
+    let mut rows = |label: &str, stage: &Stage| {
+        for side in &stage.sides {
+            let mm = |value: f64| format!("{:.1}", 1e3 * value);
+            let CentreOfGravity { x, y, .. } = side.cw;
+            table.add_row([
+                format!("{label}, {} m", side.side),
+                format!("{}+{}", side.cw.runs, side.ccw.runs),
+                mm(x),
+                mm(y),
+                mm(side.cw.distance()),
+                mm(side.ccw.x),
+                mm(side.ccw.y),
+                mm(side.ccw.distance()),
+                mm(side.e_max_syst()),
+            ]);
+        }
+    };
+    rows("before", &experiment.before);
+    for result in &experiment.methods {
+        rows(&format!("{} from {} m", result.method, result.calibrated_on_side), &result.after);
+    }
+    push(&mut text, &table, style);
+    text.push_str("millimetres; E_max,syst is the larger of the two r\n\n");
+
+    if !experiment.methods.is_empty() {
+        heading(&mut text, style, "What the calibration found, and gained where it was calibrated");
+        let mut table = self::table(
+            style,
+            &[
+                "method",
+                "squares used",
+                "diameter ratio E_d",
+                "track ratio E_b",
+                "E_max,syst before",
+                "after",
+                "better by",
+            ],
+        );
+        for result in &experiment.methods {
+            table.add_row(gain(result, &experiment.before));
+        }
+        push(&mut text, &table, style);
+    }
+    text
+}
+
+/// One row of the gain table.
+fn gain(result: &MethodResult, before: &Stage) -> [String; 7] {
+    let side = result.calibrated_on_side;
+    let e_max =
+        |stage: &Stage| stage.side(side).map_or("–".into(), |entry| format!("{:.1} mm", 1e3 * entry.e_max_syst()));
+    [
+        result.method.to_owned(),
+        format!("{side} m"),
+        format!("{:.6}", result.estimate.diameter_ratio),
+        format!("{:.5}", result.estimate.track_ratio),
+        e_max(before),
+        e_max(&result.after),
+        result.improvement(before).map_or("–".into(), |gain| format!("{gain:.1} ×")),
+    ]
+}
+
+/// Where one run ended, by truth, by dead reckoning and by survey.
+pub fn drive(run: &SimulatedRun, style: Style) -> String {
+    let mut text = String::new();
+    heading(&mut text, style, &format!("Where {} ended, in the frame of its start", run.measured.name));
+    let mut table = table(style, &["", "x [mm]", "y [mm]", "heading [mrad]"]);
+    let mut row = |label: &str, pose: Pose2| {
+        table.add_row([
+            label.to_owned(),
+            format!("{:.2}", 1e3 * pose.x),
+            format!("{:.2}", 1e3 * pose.y),
+            format!("{:.2}", 1e3 * pose.heading),
+        ]);
+    };
+    row("truly", run.actual);
+    row("by dead reckoning", run.odometry);
+    row("error (truth − dead reckoning)", run.true_error());
+    if let Some(end) = run.measured.end {
+        row("as surveyed", Pose2::new(end.x, end.y, end.heading.unwrap_or(f64::NAN)));
+    }
+    push(&mut text, &table, style);
+    let wall = run.wall.as_secs_f64();
+    let _ = writeln!(
+        text,
+        "{:.1} s simulated in {:.2} s ({:.0} × real time), {} steps of {:.2} µs",
+        run.simulated,
+        wall,
+        run.simulated / wall,
+        run.steps,
+        1e6 * wall / run.steps as f64
+    );
+    text
+}
+
+fn table(style: Style, header: &[&str]) -> Table {
+    let mut table = Table::new();
+    table.load_style(match style {
+        Style::Terminal => UTF8_FULL_CONDENSED,
+        Style::Markdown => ASCII_MARKDOWN,
+    });
+    table.set_header(header.iter().copied());
+    for column in table.column_iter_mut().skip(1) {
+        column.set_cell_alignment(CellAlignment::Right);
+    }
+    table
+}
+
+fn heading(text: &mut String, style: Style, words: &str) {
+    let prefix = if style == Style::Markdown { "### " } else { "" };
+    let _ = writeln!(text, "{prefix}{words}");
+    if style == Style::Markdown {
+        text.push('\n');
+    }
+}
+
+fn push(text: &mut String, table: &Table, style: Style) {
+    let _ = writeln!(text, "{table}");
+    if style == Style::Markdown {
+        text.push('\n');
+    }
+}
