@@ -434,8 +434,12 @@ impl RunningWheel {
         ground.touches(centre, axle, tyre.free_radius, tyre.width, |touch| {
             let Some(contact) = claim(&mut self.contacts, &touch) else { return };
             let Touch { point, normal, depth, .. } = touch;
-            let along = axle.cross(normal).normalize();
-            let across = normal.cross(along);
+            // Velocities live half a step back (they are what moved the bodies here), forces half a step ahead: the
+            // patch is turned accordingly, or a spinning robot's effective track would depend on the step.
+            let half_turn = spin.dot(normal) * 0.5 * dt;
+            let now = axle.cross(normal).normalize();
+            let aside = normal.cross(now);
+            let (along, across) = (now - aside * half_turn, aside + now * half_turn);
             let velocity = body.velocity_at_point(point) - floor_velocity(point);
             let load = (tyre.vertical_stiffness * depth - tyre.vertical_damping * velocity.dot(normal)).max(0.0);
             // The bodies' own motion carries the point at the loaded radius; the tread rolls at the rolling radius.
@@ -448,6 +452,7 @@ impl RunningWheel {
                 rolling: rolling_rate * rolling_radius,
             };
             let shear = contact.patch.advance(tyre, load, depth, ground.grip_ratio(&touch), &motion, dt);
+            let (along, across) = (now + aside * half_turn, aside - now * half_turn);
             let pushed = along * shear.along + across * shear.across + normal * load;
             force += pushed;
             // About the axle the shear acts at the rolling radius, so that its power is that of slip alone.
