@@ -1,0 +1,6 @@
+//! The evidence, in one binary, by kind.
+
+mod analytic;
+mod property;
+mod quasi_static;
+mod rig;
