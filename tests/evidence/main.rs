@@ -1,6 +1,7 @@
 //! The evidence, in one binary, by kind.
 
 mod analytic;
+mod architecture;
 mod property;
 mod quasi_static;
 mod rig;
