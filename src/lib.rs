@@ -89,4 +89,5 @@ pub mod geometry;
 pub mod odometry;
 pub mod report;
 pub mod scene;
+pub mod strict;
 pub mod world;

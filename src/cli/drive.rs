@@ -64,7 +64,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let task = Task { name, protocol, speed: arguments.speed, turn_rate: arguments.turn_rate };
     let result = drive::run(&scene, &task, arguments.scene.seed, None, stop)?;
-    let _dataset = Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] };
+    Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] }.write(&folder)?;
 
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&DriveJson::from(&result))?);

@@ -55,7 +55,7 @@ fn stages(result: &Experiment) -> impl Iterator<Item = &Stage> {
 
 fn write(stage: &Stage, folder: &Path) -> anyhow::Result<()> {
     if !stage.dataset.runs.is_empty() {
-        //stage.dataset.write(&folder.join(&stage.name))?;
+        stage.dataset.write(&folder.join(&stage.name))?;
     }
     Ok(())
 }

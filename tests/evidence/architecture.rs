@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// The rooms, ground floor first; a room may use those before it. What stands on one line may not use each other.
 const FLOORS: &[&[&str]] = &[
-    &["geometry"],
+    &["strict", "geometry"],
     &["odometry"],
     &["dataset"],
     &["scene"],
