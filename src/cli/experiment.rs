@@ -3,10 +3,9 @@
 use super::options::{SceneOptions, positive};
 use super::output;
 use super::watch::{Watcher, progress_bar, stop_on_ctrl_c};
-use crate::experiment::{self, Experiment, Plan, Stage};
+use crate::experiment::{self, Plan};
 use crate::report::{json::ExperimentJson, text};
 use clap::Args;
-use std::path::Path;
 
 /// Arguments of `treadmark experiment`.
 #[derive(Args)]
@@ -31,13 +30,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let folder = output::folder(arguments.scene.out.as_deref(), "experiment")?;
     let stop = stop_on_ctrl_c();
 
-    let watcher = Watcher { progress: progress_bar(plan.run_count()), record: &|_| None };
+    let watcher = Watcher { progress: progress_bar(plan.run_count()), folder: &folder, record: &|_| None };
     let result = experiment::squares(&scene, &plan, &watcher, stop);
     watcher.progress.finish_and_clear();
     let result = result?;
-    for stage in stages(&result) {
-        write(stage, &folder)?;
-    }
 
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&ExperimentJson::new(&scene.robot.name, plan.seed, &result))?);
@@ -46,16 +42,5 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!("results are in {}", folder.display());
     }
     anyhow::ensure!(result.complete, "interrupted; {} holds the runs that came to their end", folder.display());
-    Ok(())
-}
-
-fn stages(result: &Experiment) -> impl Iterator<Item = &Stage> {
-    std::iter::once(&result.before).chain(result.methods.iter().map(|method| &method.after))
-}
-
-fn write(stage: &Stage, folder: &Path) -> anyhow::Result<()> {
-    if !stage.dataset.runs.is_empty() {
-        stage.dataset.write(&folder.join(&stage.name))?;
-    }
     Ok(())
 }

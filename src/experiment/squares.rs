@@ -2,6 +2,7 @@
 
 use super::stage::{Stage, Watch, collect, drive_all, tasks};
 use crate::calibrate::{self, CalibrateError};
+use crate::dataset::DatasetError;
 use crate::drive::DriveError;
 use crate::odometry::OdometryCorrection;
 use crate::scene::Scene;
@@ -58,7 +59,7 @@ impl MethodResult {
 }
 
 /// Why an experiment failed.
-#[derive(Debug, Clone, thiserror::Error)]
+#[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum ExperimentError {
     /// A run.
@@ -67,6 +68,9 @@ pub enum ExperimentError {
     /// A calibration.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
+    /// Results could not be kept.
+    #[error(transparent)]
+    Keep(#[from] DatasetError),
 }
 
 /// Drives squares of every side both ways round, calibrates on each side's end points, and drives all again with each
@@ -83,9 +87,13 @@ pub fn squares(
 ) -> Result<Experiment, ExperimentError> {
     let tasks = tasks(&plan.sides, plan.repeats);
     let drive = |stages: Vec<(String, Scene)>| -> Result<Vec<Stage>, ExperimentError> {
-        let runs = drive_all(&stages, &tasks, plan.seed, watch, stop)?;
+        let (runs, failure) = drive_all(&stages, &tasks, plan.seed, watch, stop);
         let collected = stages.iter().zip(runs).map(|((name, scene), runs)| collect(name, scene, runs));
-        Ok(collected.collect::<Result<Vec<_>, _>>()?)
+        let collected = collected.collect::<Result<Vec<_>, _>>()?;
+        for stage in &collected {
+            watch.stage_ended(stage)?;
+        }
+        failure.map_or(Ok(collected), |failure| Err(failure.into()))
     };
     let before = drive(vec![("before".to_owned(), scene.clone())])?.remove(0);
     if stop.load(Ordering::Relaxed) {

@@ -2,6 +2,7 @@
 
 mod analytic;
 mod architecture;
+mod dataset;
 mod property;
 mod quasi_static;
 mod rig;
