@@ -18,22 +18,22 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t = Shape::Square)]
     protocol: Shape,
     /// Side of the square or length of the straight [m]
-    #[arg(long, value_name = "METRES", default_value_t = 4.0, value_parser = positive)]
+    #[arg(long, value_name = "METRES", default_value_t = 4.0, allow_negative_numbers = true, value_parser = positive)]
     side: f64,
     /// Radius of the circle [m]
-    #[arg(long, value_name = "METRES", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "METRES", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
     radius: f64,
     /// Total turn of the spin or circle [rad] (default: one turn)
-    #[arg(long, value_name = "RADIANS", default_value_t = std::f64::consts::TAU, value_parser = positive)]
+    #[arg(long, value_name = "RADIANS", default_value_t = std::f64::consts::TAU, allow_negative_numbers = true, value_parser = positive)]
     turn: f64,
     /// cw or ccw for a square, spin or circle; forward or reverse for a straight
     #[arg(long, value_enum)]
     direction: Option<Direction>,
     /// Cruising speed [m/s] (default: the robot's)
-    #[arg(long, value_name = "M_S", value_parser = positive)]
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true, value_parser = positive)]
     speed: Option<f64>,
     /// Turn rate on the spot [rad/s] (default: the robot's)
-    #[arg(long, value_name = "RAD_S", value_parser = positive)]
+    #[arg(long, value_name = "RAD_S", allow_negative_numbers = true, value_parser = positive)]
     turn_rate: Option<f64>,
 }
 

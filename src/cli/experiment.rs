@@ -13,7 +13,7 @@ pub(super) struct Arguments {
     #[command(flatten)]
     scene: SceneOptions,
     /// Sides of the squares [m]
-    #[arg(long, value_name = "METRES", value_delimiter = ',', default_value = "2,4", value_parser = positive)]
+    #[arg(long, value_name = "METRES", value_delimiter = ',', default_value = "2,4", allow_negative_numbers = true, value_parser = positive)]
     sides: Vec<f64>,
     /// Runs each way round
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=1000))]

@@ -26,7 +26,7 @@ pub(super) struct SceneOptions {
     #[arg(long)]
     pub no_scatter: bool,
     /// Simulation step [s]
-    #[arg(long, value_name = "SECONDS", default_value_t = DEFAULT_TIME_STEP, value_parser = positive)]
+    #[arg(long, value_name = "SECONDS", default_value_t = DEFAULT_TIME_STEP, allow_negative_numbers = true, value_parser = positive)]
     pub time_step: f64,
     /// Worker threads (default: one a core); results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]

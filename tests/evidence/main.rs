@@ -2,6 +2,7 @@
 
 mod analytic;
 mod architecture;
+mod cli;
 mod dataset;
 mod property;
 mod quasi_static;
