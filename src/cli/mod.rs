@@ -1,7 +1,9 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
+mod check;
 mod drive;
 mod experiment;
+mod init;
 mod options;
 mod output;
 mod watch;
@@ -24,6 +26,19 @@ enum Command {
     Experiment(experiment::Arguments),
     /// Drive one run
     Drive(drive::Arguments),
+    /// Write a campaign template for the lab with a tape measure
+    Init(init::Arguments),
+    /// Say in plain words what looks wrong with a dataset, before anyone calculates; exit code 1 if anything does
+    Check(check::Arguments),
+}
+
+/// How a command ended that did what was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done: exit code 0.
+    Done,
+    /// A check that was asked for failed: exit code 1.
+    CheckFailed,
 }
 
 impl Cli {
@@ -31,11 +46,14 @@ impl Cli {
     ///
     /// # Errors
     /// Anything that kept it from being done, as a chain of causes for the user.
-    pub fn run(self) -> anyhow::Result<()> {
+    pub fn run(self) -> anyhow::Result<Outcome> {
         match self.command {
-            None => experiment::run(&self.experiment),
-            Some(Command::Experiment(arguments)) => experiment::run(&arguments),
-            Some(Command::Drive(arguments)) => drive::run(&arguments),
+            None => experiment::run(&self.experiment)?,
+            Some(Command::Experiment(arguments)) => experiment::run(&arguments)?,
+            Some(Command::Drive(arguments)) => drive::run(&arguments)?,
+            Some(Command::Init(arguments)) => init::run(&arguments)?,
+            Some(Command::Check(arguments)) => return check::run(&arguments),
         }
+        Ok(Outcome::Done)
     }
 }
