@@ -41,13 +41,13 @@ pub(super) fn against_nominal(work: &mut Work) {
             }
         }
     }
-    if let (Some(believed), Some(nominal)) = (odometry.ticks_per_revolution, robot.ticks_per_revolution) {
-        if !within(believed / nominal, FACTOR) {
-            work.suspect(TicksPerRevolution, &[], believed, nominal);
-            work.logs_exact = false;
-            if let Some(mended) = &mut work.odometry {
-                mended.ticks_per_revolution = Some(nominal);
-            }
+    if let (Some(believed), Some(nominal)) = (odometry.ticks_per_revolution, robot.ticks_per_revolution)
+        && !within(believed / nominal, FACTOR)
+    {
+        work.suspect(TicksPerRevolution, &[], believed, nominal);
+        work.logs_exact = false;
+        if let Some(mended) = &mut work.odometry {
+            mended.ticks_per_revolution = Some(nominal);
         }
     }
 }

@@ -24,12 +24,12 @@ use std::f64::consts::{SQRT_2, TAU};
 pub fn check(dataset: &Dataset) -> Vec<Suspicion> {
     let mut work = Work::new(dataset);
     scatter::copied_runs(&mut work);
+    logs::against_nominal(&mut work);
+    logs::count_signs(&mut work);
     survey::stated_noise(&mut work);
     survey::room_frame(&mut work);
     survey::degrees(&mut work);
     survey::wrapped(&mut work);
-    logs::against_nominal(&mut work);
-    logs::count_signs(&mut work);
     senses::turns(&mut work);
     senses::travel(&mut work);
     logs::distances(&mut work);
@@ -75,10 +75,18 @@ impl Work {
         Work { data: dataset.clone(), odometry, logs_exact: dataset.campaign.odometry.is_some(), found: Vec::new() }
     }
 
-    /// Notes a suspicion about the runs of these indices.
+    /// Notes a suspicion about the runs of these indices; more runs of a kind join those that are known.
     fn suspect(&mut self, kind: SuspicionKind, runs: &[usize], seen: f64, expected: f64) {
-        let names = |indices: &[usize]| indices.iter().map(|&index| self.data.runs[index].name.clone()).collect();
-        self.found.push(Suspicion { kind, runs: names(runs), seen, expected });
+        let name = |index: &usize| self.data.runs[*index].name.clone();
+        let known = self.found.iter_mut().find(|found| found.kind == kind && !found.runs.is_empty());
+        match known.filter(|_| !runs.is_empty()) {
+            Some(found) => {
+                let all = self.data.runs.iter().enumerate();
+                let joined = all.filter(|(index, run)| runs.contains(index) || found.runs.contains(&run.name));
+                found.runs = joined.map(|(_, run)| run.name.clone()).collect();
+            }
+            None => self.found.push(Suspicion { kind, runs: runs.iter().map(name).collect(), seen, expected }),
+        }
     }
 
     /// Indices of the runs that `keep`.

@@ -17,7 +17,7 @@ pub(super) fn turns(work: &mut Work) {
     for (index, run) in work.data.runs.iter().enumerate() {
         let Some(direction) = label(&run.protocol) else { continue };
         let at_least = stated_turn(&run.protocol).map_or(FRAC_PI_2, |turn| 0.5 * turn);
-        let sense = |turn: f64, least: f64| (turn.abs() > least).then(|| turn * direction > 0.0);
+        let sense = |turn: f64, least: f64| (turn.abs() > least).then_some(turn * direction > 0.0);
         // True: as the label says.
         let surveyed = run.end.and_then(|end| end.heading).and_then(|heading| sense(heading, at_least));
         let logged = work.logged_turn(run).and_then(|turn| sense(turn, 0.3));
@@ -77,8 +77,11 @@ fn turn_and_label(work: &Work, index: usize) -> (f64, f64) {
     (work.logged_turn(run).unwrap_or(0.0), label(&run.protocol).unwrap_or(1.0) * turn)
 }
 
+/// How a noted end is set right.
+type Mend = fn(SurveyedPose) -> SurveyedPose;
+
 /// What a survey with a wrong heading sign may have been.
-const WAYS: [(SuspicionKind, fn(SurveyedPose) -> SurveyedPose); 3] = [
+const WAYS: [(SuspicionKind, Mend); 3] = [
     (YAxisFlipped, |end| SurveyedPose { x: end.x, y: -end.y, heading: end.heading.map(|heading| -heading) }),
     (StartEndSwapped, inverse),
     (HeadingSign, |end| SurveyedPose { x: end.x, y: end.y, heading: end.heading.map(|heading| -heading) }),
@@ -113,8 +116,9 @@ fn wrong_survey(work: &Work, runs: &[usize]) -> Option<SuspicionKind> {
 /// Notes the suspicion and mends the ends.
 fn mend_survey(work: &mut Work, kind: SuspicionKind, runs: Vec<usize>) {
     let Some((_, mend)) = WAYS.into_iter().find(|(way, _)| *way == kind) else { return };
-    let (seen, _) = runs.first().and_then(|&index| work.data.runs[index].end?.heading).map_or((0.0, ()), |h| (h, ()));
-    let expected = label(&work.data.runs[runs[0]].protocol).unwrap_or(1.0) * seen.abs();
+    let Some(&first) = runs.first() else { return };
+    let seen = work.data.runs[first].end.and_then(|end| end.heading).unwrap_or(0.0);
+    let (_, expected) = turn_and_label(work, first);
     work.suspect(kind, &runs, seen, expected);
     for index in runs {
         if let Some(end) = &mut work.data.runs[index].end {

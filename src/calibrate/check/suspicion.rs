@@ -196,7 +196,7 @@ impl fmt::Display for Suspicion {
             ),
             HeadingDegrees => write!(
                 f,
-                "{who}: end{s} at a heading of {seen} where the run turns by {expected:.3} rad. That looks like degrees. \
+                "{who}: end{s} at a heading of {seen:.1} where the run turns by {expected:.3} rad. That looks like degrees. \
                  Multiply `heading_rad` by 0.0174533."
             ),
             HeadingWrapped => write!(
@@ -212,7 +212,7 @@ impl fmt::Display for Suspicion {
             ),
             PositionUnit => write!(
                 f,
-                "{who}: end{s} {seen} m away where no more than {expected:.3} m is possible. The positions look like \
+                "{who}: end{s} {seen:.2} m away where no more than {expected:.3} m is possible. The positions look like \
                  millimetres or centimetres. Write metres in `x_m` and `y_m`."
             ),
             WheelRadius => write!(
@@ -229,7 +229,7 @@ impl fmt::Display for Suspicion {
             ),
             TicksPerRevolution => write!(
                 f,
-                "{who}: with {seen} ticks a revolution the logs do not go as far as the robot did; about {expected:.1} \
+                "{who}: with {seen} ticks a revolution the logs do not go the way that the robot went; about {expected:.1} \
                  would fit. Look for quadrature (times 4 or 2) and for the gear ratio; if the ticks are right, \
                  the wheel radius is wrong."
             ),
@@ -267,9 +267,10 @@ impl fmt::Display for Suspicion {
             ),
             OneDirection => write!(
                 f,
-                "{who}: {:.0} squares {} and none the other way round. What turns the robot too little and what bends its \
+                "{who}: {:.0} square{} {} and none the other way round. What turns the robot too little and what bends its \
                  straights look the same from one direction. Drive as many squares the other way.",
                 seen.abs(),
+                if seen.abs() > 1.5 { "s" } else { "" },
                 if *seen > 0.0 { "counter-clockwise" } else { "clockwise" }
             ),
         }
