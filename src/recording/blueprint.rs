@@ -21,7 +21,7 @@ use rerun::{
 };
 
 /// Faster than life when the viewer opens it: a 4 m square takes a quarter of a minute.
-const PLAYBACK_SPEED: f64 = 13.6;
+const PLAYBACK_SPEED: f64 = 4.0;
 /// Half of the viewer's vertical field of view \[rad\].
 const HALF_VIEW: f64 = 0.48;
 
@@ -114,7 +114,9 @@ fn layout(outline: &Outline) -> Pane {
     }));
     let left =
         split(ContainerKind::Vertical, vec![(1.5, overview(outline)), (1.0, split(ContainerKind::Horizontal, below))]);
-    let right = split(ContainerKind::Vertical, vec![(1.0, text.into()), (1.0, plots(outline))]);
+    // An experiment's tables are longer than a drive's.
+    let words = if outline.sides.is_empty() { 0.55 } else { 1.0 };
+    let right = split(ContainerKind::Vertical, vec![(words, text.into()), (1.0, plots(outline))]);
     split(ContainerKind::Horizontal, vec![(1.2, left), (1.0, right)])
 }
 
@@ -157,7 +159,7 @@ struct Eye {
 const BESIDE: Eye = Eye { name: "The robot", position: [-0.55, -0.75, 0.62], up: [0.0, 0.0, 1.0], glass: false };
 const BELOW: Eye = Eye {
     name: "Its tyres, through a floor of glass",
-    position: [-0.30, 0.0, -0.85],
+    position: [-0.30, 0.0, -0.95],
     up: [1.0, 0.0, 0.0],
     glass: true,
 };

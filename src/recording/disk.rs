@@ -35,7 +35,10 @@ impl Disk {
                 io::ErrorKind::AlreadyExists => RecordingError::Exists { file: path.to_owned() },
                 _ => RecordingError::Create { file: path.to_owned(), source: Arc::new(source) },
             })?;
-        Disk::start(path, file)
+        Disk::start(path, file).inspect_err(|_| {
+            // Not even a header: no recording.
+            let _ = std::fs::remove_file(path);
+        })
     }
 
     /// Writes to a file that is open.

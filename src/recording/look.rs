@@ -5,7 +5,7 @@
 //! hues of their own: left green, right purple, the front ones strong.
 
 use super::RunLabel;
-use crate::scene::{Robot, Side};
+use crate::scene::{Robot, Side, Wheel};
 use rerun::{Color, Radius};
 
 /// A colour, sRGB.
@@ -45,8 +45,8 @@ pub(super) const FORCE: Rgb = Rgb(0x20, 0x24, 0x2A);
 
 /// Length of a traction arrow \[m/Pa\]: 40 kPa, about what a tyre of a small robot can bear, is drawn 60 mm long.
 pub(super) const TRACTION_SCALE: f64 = 1.5e-6;
-/// Length of a force arrow \[m/N\]: 50 N is drawn 0.25 m long.
-pub(super) const FORCE_SCALE: f64 = 5e-3;
+/// Length of a force arrow \[m/N\]: 50 N is drawn 0.2 m long.
+pub(super) const FORCE_SCALE: f64 = 4e-3;
 
 /// How much of a colour stays before calibration \[–\].
 const BEFORE: f64 = 0.45;
@@ -109,26 +109,26 @@ pub(super) fn words(name: &str) -> String {
     name.replace('_', " ")
 }
 
-/// A colour for each wheel, in the robot's order.
-pub(super) fn of_wheels(robot: &Robot) -> Vec<Rgb> {
-    let forward = |index: usize| robot.wheels[index].base_from_wheel.translation.x;
-    (0..robot.wheels.len())
-        .map(|index| {
-            let side = robot.wheels[index].side;
-            let mates = (0..robot.wheels.len()).filter(|&other| robot.wheels[other].side == side);
-            let (before, count) = mates.fold((0, 0), |(before, count), mate| {
-                (before + usize::from(forward(mate) > forward(index)), count + 1)
-            });
-            let hue = if side == Side::Left { GREEN } else { PURPLE };
-            hue.over(WHITE, 1.0 - 0.55 * before as f64 / count.max(2) as f64 * 1.3)
-        })
-        .collect()
+/// A colour and a line's width \[points\] for each wheel, in the robot's order. Lines of the left are wide and drawn first,
+/// so that they show behind those of the right where both sides do the same.
+pub(super) fn of_wheels(robot: &Robot) -> Vec<(Rgb, f32)> {
+    let forward = |wheel: &Wheel| wheel.base_from_wheel.translation.x;
+    let style = |wheel: &Wheel| {
+        let mates = || robot.wheels.iter().filter(|mate| mate.side == wheel.side);
+        let further_back = mates().filter(|mate| forward(mate) > forward(wheel)).count() as f64;
+        let strength = 1.0 - 0.6 * further_back / mates().count().max(2) as f64;
+        match wheel.side {
+            Side::Left => (GREEN.over(WHITE, strength), 4.0),
+            Side::Right => (PURPLE.over(WHITE, strength), 1.5),
+        }
+    };
+    robot.wheels.iter().map(style).collect()
 }
 
 /// Put under every table: what the eye meets, and in which colours and scales.
 pub(super) const HOW_TO_READ: &str = "\
 **How to read this.** Vermillion is counter-clockwise, blue is clockwise; pale is before calibration, strong is after. \
-The dashed dark line is where the robot believes it drove, and the wire frame where it believes it is: what lies between \
-them and the solid line is the odometry's error. In the close-up, magenta arrows are the tractions in each tyre's \
-patch (60 mm for 40 kPa), black ones the whole force on each wheel (0.1 m for 20 N). Series are green for wheels on \
-the left, purple on the right, pale for rear ones. Press space to stop the time, drag to turn the scene.";
+The dashed dark line is where the robot believes it drove, and the wire frame where it believes it is; what lies between \
+these and the solid line is the odometry's error. Through the floor of glass, front upwards, one sees what the floor does \
+to the tyres: magenta the traction of each piece of rubber (60 mm for 40 kPa), black the whole force on a wheel (0.1 m for \
+25 N). Series of wheels are green on the left, purple on the right, pale at the rear. Space stops the time.";

@@ -19,7 +19,7 @@
 //! | `believed` | where the robot believes it is, with a wire `frame` below | 50 Hz |
 //! | `path/true_so_far`, `path/dead_reckoned_so_far` | growing paths \[m\] | 5 Hz |
 //! | `patches/{wheel}/tractions` | shear traction of each bristle cell, 60 mm for 40 kPa | 10 Hz |
-//! | `patches/{wheel}/outline`, `patches/{wheel}/force` | contact patch; force on the wheel, 0.25 m for 50 N | 10 Hz |
+//! | `patches/{wheel}/outline`, `patches/{wheel}/force` | contact patch; force on the wheel, 0.2 m for 50 N | 10 Hz |
 //! | `series/wheel_speed_rad_s`, `series/wheel_speed_commanded_rad_s`, `series/ticks` | an instance a wheel | 50 Hz |
 //! | `series/slip_along_m_s`, `series/slip_across_m_s` | an instance a wheel | 50 Hz |
 //! | `series/load_n`, `series/force_along_n`, `series/force_across_n` | an instance a wheel | 50 Hz |
@@ -45,6 +45,8 @@ mod mesh;
 mod run;
 mod scatter;
 mod stream;
+#[cfg(test)]
+mod tests;
 
 pub use error::RecordingError;
 pub use run::RunRecorder;
@@ -119,7 +121,11 @@ impl Recording {
     /// # Errors
     /// The file exists, or cannot be made or written.
     pub fn create(path: &FilePath, outline: &Outline, floor: &Floor) -> Result<Recording, RecordingError> {
-        Recording::to(Disk::create(path)?, outline, floor)
+        let disk = Disk::create(path)?;
+        Recording::to(disk, outline, floor).inspect_err(|_| {
+            // Nothing that one could look at; the error that comes back is the one to tell.
+            let _ = std::fs::remove_file(path);
+        })
     }
 
     fn to(disk: Disk, outline: &Outline, floor: &Floor) -> Result<Recording, RecordingError> {

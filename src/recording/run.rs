@@ -8,9 +8,7 @@ use crate::drive::{CELLS_ACROSS, CELLS_ALONG, Observer, PatchSnapshot, SNAPSHOT_
 use crate::geometry::Pose2;
 use crate::scene::{Body, Placement, Robot, Shape};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
-use rerun::{
-    Arrows3D, Boxes3D, Color, FillMode, LineStrip3D, LineStrips3D, Points3D, Scalars, SeriesLines, Transform3D,
-};
+use rerun::{Arrows3D, Boxes3D, FillMode, LineStrip3D, LineStrips3D, Points3D, Scalars, SeriesLines, Transform3D};
 use std::time::{Duration, Instant};
 
 /// Rate of tractions and forces as arrows \[Hz\].
@@ -330,17 +328,18 @@ impl Full {
             stream.fixed(trail.path.clone(), &style);
         }
 
-        let colours = look::of_wheels(robot);
+        let styles = look::of_wheels(robot);
         for series in &self.wheel_series {
             let commanded = series.name == "commanded";
             let names = robot.wheels.iter().map(|wheel| {
-                let name = if series.name.is_empty() { "" } else { " " };
-                format!("{}{name}{} [{}]", look::words(&wheel.name), series.name, series.unit)
+                let gap = if series.name.is_empty() { "" } else { " " };
+                format!("{}{gap}{} [{}]", look::words(&wheel.name), series.name, series.unit)
             });
+            let style = |&(colour, width): &(Rgb, f32)| if commanded { (look::RIM, 1.0) } else { (colour, width) };
             let lines = SeriesLines::new()
                 .with_names(names)
-                .with_colors(colours.iter().map(|&colour| Color::from(if commanded { look::RIM } else { colour })))
-                .with_widths(colours.iter().map(|_| if commanded { 1.0 } else { 1.75 }));
+                .with_colors(styles.iter().map(|own| style(own).0))
+                .with_widths(styles.iter().map(|own| style(own).1));
             stream.fixed(series.series.path.clone(), &lines);
         }
         for (series, unit) in [(&self.heading_error, "mrad"), (&self.position_error, "mm")] {

@@ -50,10 +50,10 @@ fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: usize,
     let line = look::in_stage(colour, &cluster.stage);
 
     let place = points.iter().map(|&point| at(point));
-    let discs = Points2D::new(place.clone()).with_radii([look::points(8.0)]).with_colors([colour]);
+    let discs = Points2D::new(place.clone()).with_radii([look::points(7.0)]).with_colors([colour]);
     stream.fixed(root.child("runs"), &discs.with_draw_order(20.0));
     if hollow {
-        let holes = Points2D::new(place).with_radii([look::points(4.5)]).with_colors([PAPER]);
+        let holes = Points2D::new(place).with_radii([look::points(4.0)]).with_colors([PAPER]);
         stream.fixed(root.child("runs").child("hollow"), &holes.with_draw_order(21.0));
     }
     let mut thin = vec![strip([[0.0, 0.0], centre])];
@@ -148,9 +148,11 @@ fn axes(stream: &Stream, root: &Path, bounds: &Bounds) {
     }
     let lines = LineStrips2D::new(lines).with_radii([look::points(1.25)]).with_colors([INK]).with_draw_order(1.0);
     stream.fixed(root.child("axes"), &lines);
-    // The viewer shows what it holds without a margin.
-    let corners = Points2D::new([[least[0] - size, least[1] - size], [greatest[0] + size, greatest[1] + size]].map(at));
-    stream.fixed(root.child("margin"), &corners.with_radii([look::points(0.0)]).with_colors([PAPER]));
+    // The viewer leaves no margin around what it shows.
+    let (least, greatest) = (least.map(|value| value - size), greatest.map(|value| value + size));
+    let frame = [least, [greatest[0], least[1]], greatest, [least[0], greatest[1]], least];
+    let frame = LineStrips2D::new([strip(frame)]).with_radii([look::points(0.5)]).with_colors([PAPER]);
+    stream.fixed(root.child("margin"), &frame.with_draw_order(0.0));
 }
 
 /// 1, 2 or 5 times a power of ten, not less than `least`.
