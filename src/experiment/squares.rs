@@ -1,10 +1,9 @@
 //! The main job: drive squares, calibrate from their end points, drive again.
 
 use super::stage::{Stage, Watch, collect, drive_all, tasks};
-use crate::calibrate::{self, CalibrateError};
-use crate::dataset::DatasetError;
+use crate::calibrate::{CalibrateError, Estimate, METHODS, Training};
+use crate::dataset::{DatasetError, Protocol};
 use crate::drive::DriveError;
-use crate::odometry::OdometryCorrection;
 use crate::scene::Scene;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -45,7 +44,7 @@ pub struct MethodResult {
     /// \[m\]
     pub calibrated_on_side: f64,
     /// The correction.
-    pub estimate: OdometryCorrection,
+    pub estimate: Estimate,
     /// The calibrated robot's squares.
     pub after: Stage,
 }
@@ -100,20 +99,30 @@ pub fn squares(
         return Ok(Experiment { before, methods: Vec::new(), complete: false });
     }
 
-    let method = "umbmark";
-    let mut estimates = Vec::with_capacity(plan.sides.len());
-    let mut stages = Vec::with_capacity(plan.sides.len());
+    let training = Training::new(std::slice::from_ref(&before.dataset))?;
+    let mut estimates = Vec::new();
+    let mut stages = Vec::new();
     for &side in &plan.sides {
-        let estimate = calibrate::umbmark(&before.dataset, side)?;
-        let mut calibrated = scene.clone();
-        calibrated.robot.odometry = scene.robot.odometry.corrected(&estimate);
-        estimates.push((side, estimate));
-        stages.push((format!("after_{method}_{side}m"), calibrated));
+        // The squares of this side, and runs that are no squares.
+        let of_side =
+            training.only(|_, run| !matches!(run.protocol, Protocol::Square { side: other, .. } if other != side));
+        for method in &METHODS {
+            let Ok(estimate) = method.estimate(&of_side) else { continue };
+            let mut calibrated = scene.clone();
+            calibrated.robot.odometry = scene.robot.odometry.corrected(&estimate.correction());
+            stages.push((format!("after_{}_{side}m", method.name), calibrated));
+            estimates.push((method.name, side, estimate));
+        }
     }
     let methods = estimates
         .into_iter()
         .zip(drive(stages)?)
-        .map(|((calibrated_on_side, estimate), after)| MethodResult { method, calibrated_on_side, estimate, after })
+        .map(|((method, calibrated_on_side, estimate), after)| MethodResult {
+            method,
+            calibrated_on_side,
+            estimate,
+            after,
+        })
         .collect();
     Ok(Experiment { before, methods, complete: !stop.load(Ordering::Relaxed) })
 }

@@ -1,6 +1,6 @@
 //! One campaign of squares with one set of believed parameters.
 
-use crate::calibrate::{CalibrateError, CentreOfGravity, SquareErrors};
+use crate::calibrate::{CalibrateError, CentreOfGravity, SquareErrors, Training};
 use crate::dataset::{Campaign, Dataset, DatasetError, DriveKind, Protocol, RobotFacts, Rotation, SurveyFacts};
 use crate::drive::{self, DriveError, Observer, SimulatedRun, Task};
 use crate::odometry::OdometryParameters;
@@ -130,7 +130,11 @@ pub(super) fn drive_all(
 pub(super) fn collect(name: &str, scene: &Scene, runs: Vec<SimulatedRun>) -> Result<Stage, CalibrateError> {
     let dataset =
         Dataset { campaign: campaign(scene, name), runs: runs.iter().map(|run| run.measured.clone()).collect() };
-    let sides = SquareErrors::of(&dataset)?
+    if dataset.runs.is_empty() {
+        let (name, odometry) = (name.to_owned(), scene.robot.odometry);
+        return Ok(Stage { name, odometry, dataset, runs, sides: Vec::new() });
+    }
+    let sides = SquareErrors::of(&Training::new(std::slice::from_ref(&dataset))?)
         .into_iter()
         .filter_map(|errors| {
             let (cw, ccw) = (errors.cw_centre()?, errors.ccw_centre()?);
