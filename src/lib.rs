@@ -88,6 +88,8 @@ pub mod drive;
 pub mod experiment;
 pub mod geometry;
 pub mod odometry;
+#[cfg(feature = "recording")]
+pub mod recording;
 pub mod report;
 pub mod scene;
 pub mod strict;
