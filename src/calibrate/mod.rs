@@ -40,7 +40,7 @@ pub struct Method {
 }
 
 /// Every method, published ones first, by year.
-pub const METHODS: [Method; 11] = [
+pub static METHODS: [Method; 11] = [
     umbmark::FROM_X,
     umbmark::FROM_Y,
     umbmark::FROM_XY,
@@ -57,8 +57,7 @@ pub const METHODS: [Method; 11] = [
 impl Method {
     /// The method of this name.
     pub fn named(name: &str) -> Option<&'static Method> {
-        static ALL: [Method; 11] = METHODS;
-        ALL.iter().find(|method| method.name == name)
+        METHODS.iter().find(|method| method.name == name)
     }
 
     /// Corrections to what the robot of `training` believed. σ is the method's own where it has one, else that of the

@@ -55,8 +55,7 @@ pub struct Calibration {
 
 /// Applies `methods` (empty: all) to `training`, and scores them on it and on `hold_out`; without one, on folds by run.
 pub fn calibrate(training: &Training, hold_out: Option<&Training>, methods: &[&'static Method]) -> Calibration {
-    static ALL: [Method; METHODS.len()] = METHODS;
-    let methods: Vec<&'static Method> = if methods.is_empty() { ALL.iter().collect() } else { methods.to_vec() };
+    let methods: Vec<&'static Method> = if methods.is_empty() { METHODS.iter().collect() } else { methods.to_vec() };
     let outcomes: Vec<MethodOutcome> = methods
         .par_iter()
         .map(|&method| {

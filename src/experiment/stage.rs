@@ -1,7 +1,7 @@
 //! One campaign of squares with one set of believed parameters.
 
 use crate::calibrate::{CalibrateError, CentreOfGravity, SquareErrors, Training};
-use crate::dataset::{Campaign, Dataset, DatasetError, DriveKind, Protocol, RobotFacts, Rotation, SurveyFacts};
+use crate::dataset::{Campaign, Dataset, DatasetError, DriveKind, RobotFacts, SurveyFacts};
 use crate::drive::{self, DriveError, Observer, SimulatedRun, Task};
 use crate::odometry::OdometryParameters;
 use crate::scene::Scene;
@@ -73,21 +73,6 @@ impl Stage {
     pub fn side(&self, side: f64) -> Option<&SideResult> {
         self.sides.iter().find(|entry| entry.side == side)
     }
-}
-
-/// The runs of a stage: every side, both ways round, `repeats` times.
-pub(super) fn tasks(sides: &[f64], repeats: usize) -> Vec<(Task, usize)> {
-    let mut tasks = Vec::new();
-    for &side in sides {
-        for direction in [Rotation::Clockwise, Rotation::CounterClockwise] {
-            for repeat in 1..=repeats {
-                let name = format!("{side}m-{}-{repeat}", direction.as_str());
-                let protocol = Protocol::Square { side, direction };
-                tasks.push((Task { name, protocol, speed: None, turn_rate: None }, repeat));
-            }
-        }
-    }
-    tasks
 }
 
 /// Drives the tasks of several stages side by side; results come in the order of the tasks, whatever the threads did.
