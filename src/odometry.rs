@@ -18,8 +18,8 @@ pub struct OdometryParameters {
     #[doc(alias = "b")]
     #[doc(alias = "wheelbase")]
     pub track_width: f64,
-    /// Encoder ticks a wheel revolution; a real number, as gears make it.
-    pub ticks_per_revolution: f64,
+    /// Encoder ticks a wheel revolution; a real number, as gears make it. `None`: the encoders speak radians.
+    pub ticks_per_revolution: Option<f64>,
 }
 
 /// Corrections to what an odometry believes, as every calibration method states them; 1 is no correction.
@@ -63,7 +63,7 @@ impl OdometryParameters {
 
     /// Wheel rotation that `ticks` stand for \[rad\].
     pub fn angle_of_ticks(&self, ticks: f64) -> f64 {
-        ticks * (TAU / self.ticks_per_revolution)
+        ticks * (TAU / self.ticks_per_revolution.unwrap_or(TAU))
     }
 
     /// The pose after the wheels have turned by `left`, `right` \[rad\] from `pose`, along an arc.

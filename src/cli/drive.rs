@@ -4,10 +4,15 @@ use super::options::{SceneOptions, positive};
 use super::output;
 use super::watch::stop_on_ctrl_c;
 use crate::dataset::{Dataset, Protocol, Rotation, Travel};
-use crate::drive::{self, Task};
+use crate::drive::{self, SimulatedRun, Task};
 use crate::experiment::campaign;
 use crate::report::{json::DriveJson, text};
+use crate::scene::Scene;
+#[cfg(feature = "recording")]
+use anyhow::Context;
 use clap::{Args, ValueEnum};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// Arguments of `treadmark drive`.
 #[derive(Args)]
@@ -18,22 +23,22 @@ pub(super) struct Arguments {
     #[arg(long, value_enum, default_value_t = Shape::Square)]
     protocol: Shape,
     /// Side of the square or length of the straight [m]
-    #[arg(long, value_name = "METRES", default_value_t = 4.0, value_parser = positive)]
+    #[arg(long, value_name = "METRES", default_value_t = 4.0, allow_negative_numbers = true, value_parser = positive)]
     side: f64,
     /// Radius of the circle [m]
-    #[arg(long, value_name = "METRES", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "METRES", default_value_t = 1.0, allow_negative_numbers = true, value_parser = positive)]
     radius: f64,
     /// Total turn of the spin or circle [rad] (default: one turn)
-    #[arg(long, value_name = "RADIANS", default_value_t = std::f64::consts::TAU, value_parser = positive)]
+    #[arg(long, value_name = "RADIANS", default_value_t = std::f64::consts::TAU, allow_negative_numbers = true, value_parser = positive)]
     turn: f64,
     /// cw or ccw for a square, spin or circle; forward or reverse for a straight
     #[arg(long, value_enum)]
     direction: Option<Direction>,
     /// Cruising speed [m/s] (default: the robot's)
-    #[arg(long, value_name = "M_S", value_parser = positive)]
+    #[arg(long, value_name = "M_S", allow_negative_numbers = true, value_parser = positive)]
     speed: Option<f64>,
     /// Turn rate on the spot [rad/s] (default: the robot's)
-    #[arg(long, value_name = "RAD_S", value_parser = positive)]
+    #[arg(long, value_name = "RAD_S", allow_negative_numbers = true, value_parser = positive)]
     turn_rate: Option<f64>,
 }
 
@@ -63,16 +68,54 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => protocol.kind().to_owned(),
     };
     let task = Task { name, protocol, speed: arguments.speed, turn_rate: arguments.turn_rate };
-    let result = drive::run(&scene, &task, arguments.scene.seed, None, stop)?;
-    let _dataset = Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] };
+    let result = recorded(arguments, &folder, &scene, &task, stop)?;
+    Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] }.write(&folder)?;
 
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&DriveJson::from(&result))?);
     } else {
         print!("{}", text::drive(&result, text::Style::Terminal));
-        println!("results are in {}", folder.display());
+        println!("{}", output::where_to_look(&folder));
     }
     Ok(())
+}
+
+/// Drives the task, watched by a recorder.
+#[cfg(feature = "recording")]
+fn recorded(
+    arguments: &Arguments,
+    folder: &Path,
+    scene: &Scene,
+    task: &Task,
+    stop: &AtomicBool,
+) -> anyhow::Result<SimulatedRun> {
+    let seed = arguments.scene.seed;
+    if arguments.scene.no_recording {
+        return Ok(drive::run(scene, task, seed, None, stop)?);
+    }
+    let (recording, mut recorder) = super::record::drive(&folder.join(output::RECORDING), scene, &task.protocol)?;
+    let result = drive::run(scene, task, seed, Some(recorder.as_mut()), stop);
+    drop(recorder);
+    if let Ok(run) = &result {
+        recording.result(&text::drive(run, text::Style::Markdown));
+    }
+    let finished = recording.finish();
+    let result = result.with_context(|| format!("{} is kept as far as it got", folder.display()))?;
+    finished?;
+    Ok(result)
+}
+
+/// Drives the task; this build records nothing.
+#[cfg(not(feature = "recording"))]
+fn recorded(
+    arguments: &Arguments,
+    _: &Path,
+    scene: &Scene,
+    task: &Task,
+    stop: &AtomicBool,
+) -> anyhow::Result<SimulatedRun> {
+    output::note_missing_recording(arguments.scene.no_recording);
+    Ok(drive::run(scene, task, arguments.scene.seed, None, stop)?)
 }
 
 impl Arguments {

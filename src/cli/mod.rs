@@ -4,6 +4,8 @@ mod drive;
 mod experiment;
 mod options;
 mod output;
+#[cfg(feature = "recording")]
+mod record;
 mod watch;
 
 use clap::{Parser, Subcommand};

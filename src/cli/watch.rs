@@ -1,8 +1,10 @@
 //! Progress on stderr, Ctrl-C, and the recording of what goes on.
 
+use crate::dataset::DatasetError;
 use crate::drive::{Observer, SimulatedRun};
-use crate::experiment::{StageRun, Watch};
+use crate::experiment::{Stage, StageRun, Watch};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -33,6 +35,8 @@ pub(super) fn progress_bar(runs: usize) -> ProgressBar {
 /// Watches an experiment for a progress bar and, where there is one, a recording.
 pub(super) struct Watcher<'a> {
     pub progress: ProgressBar,
+    /// Where datasets go, a folder a stage.
+    pub folder: &'a Path,
     /// Makes the observer that records a run.
     pub record: &'a (dyn Fn(StageRun<'_>) -> Option<Box<dyn Observer>> + Sync),
 }
@@ -45,5 +49,9 @@ impl Watch for Watcher<'_> {
 
     fn ended(&self, _run: StageRun<'_>, _result: &SimulatedRun) {
         self.progress.inc(1);
+    }
+
+    fn stage_ended(&self, stage: &Stage) -> Result<(), DatasetError> {
+        if stage.dataset.runs.is_empty() { Ok(()) } else { stage.dataset.write(&self.folder.join(&stage.name)) }
     }
 }

@@ -9,8 +9,14 @@ use crate::odometry::{DeadReckoning, OdometryParameters};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
+mod error;
 mod protocol;
+mod read;
+mod table;
+mod wire;
+mod write;
 
+pub use error::{CsvProblem, DatasetError, Part};
 pub use protocol::{Protocol, Rotation, Travel};
 
 /// One campaign: the same robot, the same on-board odometry parameters, the same survey.
@@ -170,13 +176,9 @@ impl EncoderLog {
         self.time.is_empty()
     }
 
-    /// Mean rotation of the left and of the right wheels at `row` \[rad\], with `ticks_per_revolution` for ticks.
-    /// A side is the channels whose name is or ends in `left` or `right`.
-    pub fn sides(&self, row: usize, ticks_per_revolution: f64) -> [f64; 2] {
-        let per_count = match self.unit {
-            EncoderUnit::Radians => 1.0,
-            EncoderUnit::Ticks => std::f64::consts::TAU / ticks_per_revolution,
-        };
+    /// Mean rotation of the left and of the right wheels at `row` \[rad\]; `odometry` turns ticks into radians. A side
+    /// is the channels whose name is or ends in `left` or `right`.
+    pub fn sides(&self, row: usize, odometry: &OdometryParameters) -> [f64; 2] {
         let width = self.channels.len();
         let row = &self.counts[row * width..(row + 1) * width];
         ["left", "right"].map(|side| {
@@ -186,7 +188,10 @@ impl EncoderLog {
                 .zip(row)
                 .filter(|(name, _)| name.ends_with(side))
                 .fold((0.0, 0.0), |(sum, n), (_, count)| (sum + count, n + 1.0));
-            per_count * sum / n
+            match self.unit {
+                EncoderUnit::Radians => sum / n,
+                EncoderUnit::Ticks => odometry.angle_of_ticks(sum / n),
+            }
         })
     }
 }
@@ -199,7 +204,7 @@ impl Run {
         if let Some(log) = self.encoders.as_ref().filter(|log| !log.is_empty()) {
             let mut reckoning = DeadReckoning::new(*odometry);
             for row in 0..log.len() {
-                let [left, right] = log.sides(row, odometry.ticks_per_revolution);
+                let [left, right] = log.sides(row, odometry);
                 reckoning.update(left, right);
             }
             return Some(reckoning.pose());

@@ -151,7 +151,7 @@ pub fn run(
         poses: None,
     };
     let odometry = run.dead_reckoned_end(&robot.odometry).unwrap_or_default();
-    run.odometry_end = Some(odometry.into());
+    run.odometry_end = Some(noted(odometry).into());
     surveyor.write(&mut run);
     Ok(SimulatedRun {
         measured: run,
@@ -237,6 +237,12 @@ impl Logger {
     }
 }
 
+/// A pose as it is noted down: to a tenth of a micrometre and of a microradian.
+fn noted(pose: Pose2) -> Pose2 {
+    let round = |value: f64| (value * 1e7).round() / 1e7 + 0.0;
+    Pose2::new(round(pose.x), round(pose.y), round(pose.heading))
+}
+
 /// Reads true poses with noise. The start is a reading like any other, and every pose is stated in its frame.
 struct Surveyor {
     survey: Survey,
@@ -258,9 +264,9 @@ impl Surveyor {
             truth.y + self.survey.position_std * self.normal(),
             truth.heading + self.survey.heading_std * self.normal(),
         );
-        let start = *self.start.get_or_insert(reading);
+        let start = *self.start.get_or_insert(noted(reading));
         self.log.time.push(time);
-        self.log.poses.push(start.relative(reading).into());
+        self.log.poses.push(noted(start.relative(reading)).into());
     }
 
     fn normal(&mut self) -> f64 {

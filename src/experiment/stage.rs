@@ -1,7 +1,7 @@
 //! One campaign of squares with one set of believed parameters.
 
-use crate::calibrate::{CalibrateError, CentreOfGravity, SquareErrors};
-use crate::dataset::{Campaign, Dataset, DriveKind, Protocol, RobotFacts, Rotation, SurveyFacts};
+use crate::calibrate::{CalibrateError, CentreOfGravity, SquareErrors, Training};
+use crate::dataset::{Campaign, Dataset, DatasetError, DriveKind, RobotFacts, SurveyFacts};
 use crate::drive::{self, DriveError, Observer, SimulatedRun, Task};
 use crate::odometry::OdometryParameters;
 use crate::scene::Scene;
@@ -25,6 +25,11 @@ pub trait Watch: Sync {
     fn begins(&self, run: StageRun<'_>) -> Option<Box<dyn Observer>>;
     /// A run has come to its end.
     fn ended(&self, run: StageRun<'_>, result: &SimulatedRun);
+    /// All runs of a stage have ended, or will not: what there is should be kept now.
+    ///
+    /// # Errors
+    /// It could not be kept; the experiment ends.
+    fn stage_ended(&self, stage: &Stage) -> Result<(), DatasetError>;
 }
 
 /// What one campaign of squares came to.
@@ -70,30 +75,15 @@ impl Stage {
     }
 }
 
-/// The runs of a stage: every side, both ways round, `repeats` times.
-pub(super) fn tasks(sides: &[f64], repeats: usize) -> Vec<(Task, usize)> {
-    let mut tasks = Vec::new();
-    for &side in sides {
-        for direction in [Rotation::Clockwise, Rotation::CounterClockwise] {
-            for repeat in 1..=repeats {
-                let name = format!("{side}m-{}-{repeat}", direction.as_str());
-                let protocol = Protocol::Square { side, direction };
-                tasks.push((Task { name, protocol, speed: None, turn_rate: None }, repeat));
-            }
-        }
-    }
-    tasks
-}
-
 /// Drives the tasks of several stages side by side; results come in the order of the tasks, whatever the threads did.
-/// A run that was stopped is left out; any other error ends the work.
+/// Runs that were stopped or failed are left out; the first failure, in that order, comes beside the rest.
 pub(super) fn drive_all(
     stages: &[(String, Scene)],
     tasks: &[(Task, usize)],
     seed: u64,
     watch: &dyn Watch,
     stop: &AtomicBool,
-) -> Result<Vec<Vec<SimulatedRun>>, DriveError> {
+) -> (Vec<Vec<SimulatedRun>>, Option<DriveError>) {
     let jobs: Vec<(usize, usize)> =
         (0..stages.len()).flat_map(|stage| (0..tasks.len()).map(move |task| (stage, task))).collect();
     let results: Vec<Result<SimulatedRun, DriveError>> = jobs
@@ -110,21 +100,26 @@ pub(super) fn drive_all(
         })
         .collect();
     let mut by_stage: Vec<Vec<SimulatedRun>> = vec![Vec::new(); stages.len()];
+    let mut failure = None;
     for ((stage, _), result) in jobs.into_iter().zip(results) {
         match result {
             Ok(run) => by_stage[stage].push(run),
             Err(DriveError::Interrupted { .. }) => {}
-            Err(error) => return Err(error),
+            Err(error) => failure = failure.or(Some(error)),
         }
     }
-    Ok(by_stage)
+    (by_stage, failure)
 }
 
 /// Puts a stage's runs together as a lab would have noted them.
 pub(super) fn collect(name: &str, scene: &Scene, runs: Vec<SimulatedRun>) -> Result<Stage, CalibrateError> {
     let dataset =
         Dataset { campaign: campaign(scene, name), runs: runs.iter().map(|run| run.measured.clone()).collect() };
-    let sides = SquareErrors::of(&dataset)?
+    if dataset.runs.is_empty() {
+        let (name, odometry) = (name.to_owned(), scene.robot.odometry);
+        return Ok(Stage { name, odometry, dataset, runs, sides: Vec::new() });
+    }
+    let sides = SquareErrors::of(&Training::new(std::slice::from_ref(&dataset))?)
         .into_iter()
         .filter_map(|errors| {
             let (cw, ccw) = (errors.cw_centre()?, errors.ccw_centre()?);

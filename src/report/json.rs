@@ -117,7 +117,7 @@ impl ExperimentJson {
         let method = |result: &MethodResult| MethodJson {
             method: result.method,
             calibrated_on_side_m: result.calibrated_on_side,
-            estimate: (&result.estimate).into(),
+            estimate: (&result.estimate.correction()).into(),
             after: sides(&result.after),
             improvement: result.improvement(&experiment.before),
         };

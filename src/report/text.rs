@@ -76,8 +76,8 @@ fn gain(result: &MethodResult, before: &Stage) -> [String; 7] {
     [
         result.method.to_owned(),
         format!("{side} m"),
-        format!("{:.6}", result.estimate.diameter_ratio),
-        format!("{:.5}", result.estimate.track_ratio),
+        format!("{:.6}", result.estimate.diameter_ratio.value),
+        format!("{:.5}", result.estimate.track_ratio.value),
         e_max(before),
         e_max(&result.after),
         result.improvement(before).map_or("–".into(), |gain| format!("{gain:.1} ×")),

@@ -1,5 +1,6 @@
 //! What can be wrong with a robot or a world file.
 
+use crate::strict::TomlProblem;
 use std::path::PathBuf;
 
 /// A robot or world that cannot be loaded. Each message names the file, the place, the value and what is allowed.
@@ -25,15 +26,11 @@ pub enum SceneError {
         shipped: Vec<&'static str>,
     },
     /// TOML that does not parse, an unknown or missing key, a value out of range.
-    #[error("{}, line {line}, column {column}: {source}", file.display())]
+    #[error("{}, {source}", file.display())]
     Toml {
         /// The file.
         file: PathBuf,
-        /// Line, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// What is wrong, with the key, the value and what is allowed.
+        /// Where and what is wrong, with the key, the value and what is allowed.
         source: TomlProblem,
     },
     /// URDF that does not parse.
@@ -129,18 +126,6 @@ pub enum SceneError {
         file: PathBuf,
     },
 }
-
-/// What is wrong at a place in a TOML file, in the parser's words without its picture of the line.
-#[derive(Debug)]
-pub struct TomlProblem(pub(super) toml::de::Error);
-
-impl std::fmt::Display for TomlProblem {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.0.message().trim_end())
-    }
-}
-
-impl std::error::Error for TomlProblem {}
 
 /// Why a joint cannot be a driven wheel's.
 #[derive(Debug, thiserror::Error)]

@@ -5,8 +5,8 @@
 
 use super::error::SceneError;
 use super::shape::Placement;
-use super::strict::{self, finite, finite_triple, non_negative, positive};
 use super::{GRAVITY, shipped};
+use crate::strict::{finite, finite_triple, non_negative, positive};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
 use serde::de::{Deserializer, Error};
@@ -117,7 +117,7 @@ impl Floor {
     /// What is wrong with which file, where, and what is allowed.
     pub fn load(given: &str) -> Result<Floor, SceneError> {
         let source = shipped::WORLDS.find("world", given)?;
-        let world: WorldFile = strict::parse(&source.file, &source.text)?;
+        let world: WorldFile = source.parse()?;
         if world.plane.is_none() && world.obstacles.is_empty() {
             return Err(SceneError::NoGround { file: source.file });
         }

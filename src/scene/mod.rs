@@ -8,7 +8,6 @@ mod floor;
 mod robot;
 mod shape;
 mod shipped;
-mod strict;
 mod survey;
 mod tyre;
 mod urdf;

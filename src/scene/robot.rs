@@ -5,10 +5,10 @@
 
 use super::error::SceneError;
 use super::shape::{Body, Placement};
-use super::strict::{self, non_negative, optional_non_negative, optional_positive, positive};
 use super::tyre::Tyre;
 use super::{shipped, urdf};
 use crate::odometry::OdometryParameters;
+use crate::strict::{non_negative, optional_non_negative, optional_positive, positive};
 use nalgebra::{Point3, UnitVector3};
 use serde::Deserialize;
 use std::collections::BTreeMap;
@@ -209,7 +209,7 @@ impl Robot {
     /// What is wrong with which file, where, and what is allowed.
     pub fn load(given: &str) -> Result<Robot, SceneError> {
         let source = shipped::ROBOTS.find("robot", given)?;
-        let model: ModelFile = strict::parse(&source.file, &source.text)?;
+        let model: ModelFile = source.parse()?;
         let urdf_source = source.sibling(&model.urdf)?;
         let wheels: Vec<(String, urdf::WheelJoint)> = model
             .wheels
@@ -272,7 +272,7 @@ impl Robot {
                 left_wheel_radius: model.odometry.left_wheel_radius,
                 right_wheel_radius: model.odometry.right_wheel_radius,
                 track_width: model.odometry.track_width,
-                ticks_per_revolution: model.odometry.ticks_per_revolution,
+                ticks_per_revolution: Some(model.odometry.ticks_per_revolution),
             },
             driver: model.driver,
             notes: assembly.notes,

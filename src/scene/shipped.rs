@@ -1,6 +1,8 @@
 //! The robots and worlds that come with the program, so that it works from any folder.
 
 use super::error::SceneError;
+use crate::strict;
+use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
 /// Files of one kind that are built into the program.
@@ -69,6 +71,11 @@ impl Shipped {
 }
 
 impl Source {
+    /// The text as strict TOML.
+    pub(super) fn parse<T: DeserializeOwned>(&self) -> Result<T, SceneError> {
+        strict::parse(&self.text).map_err(|source| SceneError::Toml { file: self.file.clone(), source })
+    }
+
     /// A file that this one names, relative to its own folder.
     pub(super) fn sibling(&self, name: &str) -> Result<Source, SceneError> {
         if let Some(source) = self.shipped.and_then(|shipped| shipped.built_in(name)) {

@@ -186,7 +186,7 @@ impl Tree {
         let hub = self.link_index[&joint.child.link];
         let axis = self.placements[hub].rotation * Vector3::from(*joint.axis.xyz);
         let lateral = axis.y.abs() / axis.norm();
-        if !(lateral > 20f64.to_radians().cos()) {
+        if lateral.is_nan() || lateral < 20f64.to_radians().cos() {
             return fails(WheelProblem::NotLateral(axis.x, axis.y, axis.z));
         }
         let y = self.placements[hub].translation.y;
@@ -285,12 +285,12 @@ impl Tree {
     /// A body that moves needs a mass and a positive definite inertia whose principal moments obey the triangle
     /// inequality.
     fn check_body(&self, body: &Body) -> Result<(), SceneError> {
-        if !(body.mass > 0.0) {
+        if body.mass <= 0.0 {
             return Err(self.bad_inertia(&body.name, "mass", body.mass, "it must be above 0 kg"));
         }
         let mut moments = body.inertia.symmetric_eigenvalues();
         moments.as_mut_slice().sort_by(f64::total_cmp);
-        if !(moments[0] > 0.0) {
+        if moments[0] <= 0.0 {
             return Err(self.bad_inertia(
                 &body.name,
                 "its smallest principal moment of inertia",

@@ -6,6 +6,9 @@ use rapier3d::math::{Pose, Vector};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::SharedShape;
 
+/// Lean of a wheel up to which it stands on its tread: sin of a little over a degree.
+const LEAN: f64 = 0.02;
+
 /// The ground as shapes that can be queried and hit.
 pub(super) struct Ground {
     pub pieces: Vec<Piece>,
@@ -60,12 +63,12 @@ impl Ground {
             if found.is_none() {
                 let middle = piece.shape.project_point(&piece.room_from_shape, centre, true).point;
                 let shoulder = (0.5 * width).copysign((middle - centre).dot(axle));
-                found = piece.nearest(centre + axle * shoulder, axle, 0.0).map(|(point, radial)| (point, radial));
+                found = piece.nearest(centre + axle * shoulder, axle, 0.0);
             }
-            if let Some((point, radial)) = found {
-                let distance = radial.length();
+            if let Some((point, away)) = found {
+                let distance = away.length();
                 if distance < radius && distance > 0.0 {
-                    touch(Touch { piece: index, point, normal: radial / distance, depth: radius - distance });
+                    touch(Touch { piece: index, point, normal: away / distance, depth: radius - distance });
                 }
             }
         }
@@ -102,15 +105,21 @@ impl Piece {
         self.obstacle.is_none() || self.aabb.loosened(radius).contains_local_point(centre)
     }
 
-    /// The nearest point of the piece, and the way from it to `centre` within the wheel's plane; `None` where that point
+    /// The nearest point of the piece, and the way from it along which the tyre is pressed in; `None` where that point
     /// lies beyond the wheel's width.
+    ///
+    /// On a face the way is the face's normal, which a wheel that leans a little meets a little aside of its mid-plane;
+    /// a corner under the tread pushes within the wheel's plane.
     fn nearest(&self, centre: Vector, axle: Vector, width: f64) -> Option<(Vector, Vector)> {
         let point = self.shape.project_point(&self.room_from_shape, centre, true).point;
         let away = centre - point;
         let aside = away.dot(axle);
-        // A wheel that leans on a plane reaches it a little aside of its mid-plane: cos of the lean.
         let radial = away - axle * aside;
-        (aside.abs() <= 0.5 * width + 0.02 * radial.length()).then_some((point, radial))
+        if aside.abs() <= LEAN * radial.length() {
+            Some((point, away))
+        } else {
+            (aside.abs() <= 0.5 * width).then_some((point, radial))
+        }
     }
 }
 

@@ -1,0 +1,239 @@
+//! The program as a user runs it: what it prints, what it refuses and how.
+
+use assert_cmd::Command;
+use serde_json::Value;
+use std::path::Path;
+
+/// The program in a folder of its own.
+fn treadmark(folder: &Path) -> Command {
+    let mut command = Command::cargo_bin("treadmark").expect("cargo has built it");
+    command.current_dir(folder).env("NO_COLOR", "1");
+    command
+}
+
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8(bytes.to_vec()).expect("UTF-8")
+}
+
+/// Runs with `arguments` and expects exit code 2, one message that holds `parts`, an empty stdout and no panic.
+fn refused(folder: &Path, arguments: &[&str], parts: &[&str]) {
+    let output = treadmark(folder).args(arguments).output().expect("it starts");
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{stderr}");
+    assert!(output.stdout.is_empty(), "{arguments:?} printed {}", text(&output.stdout));
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    assert_eq!(stderr.matches("error:").count(), 1, "one message: {stderr}");
+    for part in parts {
+        assert!(stderr.contains(part), "{arguments:?}: expected `{part}` in\n{stderr}");
+    }
+}
+
+/// A copy of a shipped file with some text replaced, under the same name.
+fn edited(folder: &Path, file: &str, from: &str, to: &str) {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(file);
+    let original = std::fs::read_to_string(path).expect("a shipped file");
+    assert!(original.contains(from), "{file} has no `{from}`");
+    let name = Path::new(file).file_name().expect("a file");
+    std::fs::write(folder.join(name), original.replacen(from, to, 1)).expect("it can be written");
+}
+
+#[test]
+fn a_bad_robot_is_refused() {
+    let model = "robots/jnpf_4wd.toml";
+    for (file, from, to, parts) in [
+        (
+            model,
+            "joint = \"front_left_wheel_joint\"",
+            "joint = \"wheel_1\"",
+            &["jnpf_4wd.toml", "wheel `front_left`", "`wheel_1`", "its joints are: front_left_wheel_joint, "][..],
+        ),
+        (
+            model,
+            "free_radius_m = 0.10006",
+            "free_radius_m = -0.1",
+            &["jnpf_4wd.toml, line 21, column 17", "-0.1 is not allowed here: it must be a finite number above 0"],
+        ),
+        (model, "free_radius_m = 0.10006", "free_radius_m = nan", &["line 21, column 17", "NaN is not allowed here"]),
+        (
+            model,
+            "free_radius_m = 0.10006",
+            "radius = 0.1",
+            &["line 21, column 1", "unknown field `radius`, expected one of"],
+        ),
+        (
+            model,
+            "side = \"left\"",
+            "side = \"right\"",
+            &["joint `front_left_wheel_joint` of wheel `front_left` stands at y = 0.2000 m", "left is y > 0"],
+        ),
+        (model, "loop_rate_hz = 200.0", "loop_rate_hz = 333.0", &["loop_rate_hz is 333 Hz", "whole number of steps"]),
+        (model, "urdf = \"jnpf_4wd.urdf\"", "urdf = \"none.urdf\"", &["none.urdf: cannot be read"]),
+        (
+            "robots/jnpf_4wd.urdf",
+            "<mass value=\"18.0\"/>",
+            "<mass value=\"-18.0\"/>",
+            &["jnpf_4wd.urdf: link `base_link`: mass is -18; it must be 0 or above"],
+        ),
+        (
+            "robots/jnpf_4wd.urdf",
+            "type=\"continuous\"",
+            "type=\"fixed\"",
+            &["joint `front_left_wheel_joint` of wheel `front_left` is fixed"],
+        ),
+        (
+            "robots/jnpf_4wd.urdf",
+            "<axis xyz=\"0 1 0\"/>",
+            "<axis xyz=\"1 0 0\"/>",
+            &["turns about (1.000, 0.000, 0.000)", "lateral axis"],
+        ),
+        ("robots/jnpf_4wd.urdf", "</robot>", "", &["jnpf_4wd.urdf: not a valid URDF"]),
+        (
+            "robots/optiodom.toml",
+            "link = \"caster_link\"",
+            "link = \"castor\"",
+            &["caster names link `castor`", "its links are: base_link"],
+        ),
+    ] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let robot = Path::new(file).file_stem().expect("a name").to_string_lossy().into_owned();
+        for extension in ["toml", "urdf"] {
+            edited(folder.path(), &format!("robots/{robot}.{extension}"), "", "");
+        }
+        edited(folder.path(), file, from, to);
+        refused(folder.path(), &["drive", "--robot", &format!("./{robot}.toml"), "--side", "1"], parts);
+        let left: Vec<_> = std::fs::read_dir(folder.path()).expect("it can be read").collect();
+        assert!(left.len() <= 3, "nothing but the inputs and perhaps an empty recordings folder is left");
+    }
+}
+
+#[test]
+fn a_bad_world_is_refused() {
+    let head = "format = \"treadmark-world/1\"\nname = \"w\"\n";
+    let wall = "[plane]\n[[obstacles]]\nkind = \"box\"\nsize_m = [0.1, 2.0, 1.0]\nposition_m = [0.0, 0.0, 0.5]\n";
+    for (world, parts) in [
+        ("", &["w.toml", "a world without ground"][..]),
+        (
+            "[plane]\ngrip = 1\n",
+            &["w.toml, line 4, column 1", "unknown field `grip`, expected `grip_ratio` or `chassis_friction`"],
+        ),
+        (
+            "[plane]\ngrip_ratio = 0.0\n",
+            &["line 4, column 14", "0 is not allowed here: it must be a finite number above 0"],
+        ),
+        ("[plane]\n[slope]\ngradient = inf\n", &["line 5, column 12", "inf is not allowed here"]),
+        (wall, &["the robot starts inside obstacle 1 of the world", "base_link"]),
+        (
+            "[[obstacles]]\nkind = \"box\"\nsize_m = [1.0, 1.0, 0.1]\nposition_m = [5.0, 0.0, 0.0]\n",
+            &["has no ground beneath it at the start"],
+        ),
+        (
+            "[[obstacles]]\nkind = \"box\"\nsize_m = [1.0, 1.0, 0.1]\nposition_m = [0.0, 0.0, 0.0]\n",
+            &["tipped over", "into the run", "leans by more than 60 degrees"],
+        ),
+    ] {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        std::fs::write(folder.path().join("w.toml"), format!("{head}{world}")).expect("it can be written");
+        refused(folder.path(), &["drive", "--world", "w.toml", "--side", "2"], parts);
+    }
+}
+
+#[test]
+fn bad_arguments_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (arguments, parts) in [
+        (&["drive", "--side", "-1"][..], &["--side", "it must be a finite number above 0"][..]),
+        (&["drive", "--side", "nan"], &["it must be a finite number above 0"]),
+        (&["drive", "--direction", "forward"], &["--direction forward", "cw or ccw"]),
+        (&["drive", "--protocol", "straight", "--direction", "cw"], &["--direction cw", "forward or reverse"]),
+        (&["drive", "--protocol", "zigzag"], &["invalid value 'zigzag'", "square, straight, spin, circle"]),
+        (&["experiment", "--repeats", "0"], &["0 is not in 1..=1000"]),
+        (&["--robot", "nobody"], &["nobody: no such robot file", "jnpf_4wd, husky_a200, optiodom"]),
+        (&["--world", "mars"], &["mars: no such world file", "lab_floor"]),
+        (&["drive", "--side", "1", "--time-step", "0.0013"], &["whole number of steps"]),
+    ] {
+        refused(folder.path(), arguments, parts);
+    }
+}
+
+#[test]
+fn an_existing_folder_is_left_alone() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let kept = folder.path().join("mine");
+    std::fs::create_dir(&kept).expect("it is new");
+    std::fs::write(kept.join("thesis.txt"), "years of work").expect("it can be written");
+    refused(folder.path(), &["drive", "--side", "1", "--out", "mine"], &["mine: exists already", "never overwritten"]);
+    assert_eq!(std::fs::read_to_string(kept.join("thesis.txt")).expect("it is there"), "years of work");
+}
+
+/// A file-size limit stands for a full disk: writes fail in the same place, with the system's reason.
+#[cfg(unix)]
+#[test]
+fn a_full_disk_is_one_message_and_keeps_what_was_there() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let program = assert_cmd::cargo::cargo_bin("treadmark");
+    let script = format!("trap '' XFSZ; ulimit -f 40; exec '{}' drive --side 1 --out full", program.display());
+    let output = Command::new("bash").args(["-c", &script]).current_dir(folder.path()).output().expect("bash starts");
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert_eq!(stderr.matches("error:").count(), 1, "{stderr}");
+    assert!(stderr.contains("cannot be written") && !stderr.contains("panicked"), "{stderr}");
+    assert!(!folder.path().join("full/dataset.toml").exists(), "a folder with a dataset.toml holds a whole dataset");
+}
+
+#[test]
+fn drive_prints_its_json_alone() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let output = treadmark(folder.path())
+        .args(["drive", "--protocol", "square", "--side", "1", "--direction", "ccw", "--json"])
+        .output()
+        .expect("it starts");
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let json: Value = serde_json::from_slice(&output.stdout).expect("stdout is JSON alone");
+    for pose in ["actual", "odometry"] {
+        for key in ["x_m", "y_m", "heading_rad"] {
+            assert!(json[pose][key].is_f64(), "{pose}.{key}");
+        }
+    }
+    assert!(json["simulated_s"].as_f64() > Some(20.0) && json["steps"].as_u64() > Some(10_000));
+    assert!(json["wall_s"].as_f64() > Some(0.0));
+    assert!(folder.path().join("recordings/drive-001/dataset.toml").is_file());
+}
+
+/// The experiment's JSON, and the same bits with one thread or many.
+#[test]
+fn experiment_prints_its_json_and_does_not_depend_on_threads() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let run = |threads: &str| {
+        let output = treadmark(folder.path())
+            .args(["experiment", "--sides", "1", "--repeats", "2", "--seed", "7", "--threads", threads, "--json"])
+            .output()
+            .expect("it starts");
+        assert!(output.status.success(), "{}", text(&output.stderr));
+        serde_json::from_slice::<Value>(&output.stdout).expect("stdout is JSON alone")
+    };
+    let (one, two) = (run("1"), run("2"));
+    assert_eq!(one, two);
+    assert_eq!(one["robot"], "jnpf_4wd");
+    assert_eq!(one["seed"], 7);
+    let before = &one["before"][0];
+    assert_eq!(before["side_m"], 1.0);
+    for direction in ["cw", "ccw"] {
+        for key in ["x_m", "y_m", "heading_rad", "r_m"] {
+            assert!(before[direction][key].is_f64(), "{direction}.{key}");
+        }
+    }
+    let method = &one["methods"][0];
+    assert_eq!(method["method"], "umbmark");
+    assert_eq!(method["calibrated_on_side_m"], 1.0);
+    for key in ["diameter_ratio", "track_ratio", "distance_scale"] {
+        assert!(method["estimate"][key].is_f64(), "{key}");
+    }
+    let gain = before["e_max_syst_m"].as_f64().expect("a number")
+        / method["after"][0]["e_max_syst_m"].as_f64().expect("a number");
+    assert!((method["improvement"].as_f64().expect("a number") - gain).abs() < 1e-12);
+    assert!(gain > 3.0, "{gain}");
+    for (stage, file) in [("before", "runs.csv"), ("after_umbmark_1m", "encoders.csv")] {
+        let file = |number: u32| folder.path().join(format!("recordings/experiment-00{number}/{stage}/{file}"));
+        assert_eq!(std::fs::read(file(1)).expect("it is there"), std::fs::read(file(2)).expect("it is there"));
+    }
+}

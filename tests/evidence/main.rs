@@ -1,0 +1,12 @@
+//! The evidence, in one binary, by kind.
+
+mod allocation;
+mod analytic;
+mod architecture;
+mod cli;
+mod dataset;
+mod ground;
+mod literature;
+mod property;
+mod quasi_static;
+mod rig;
