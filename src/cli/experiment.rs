@@ -48,7 +48,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&ExperimentJson::new(&scene.robot.name, plan.seed, &result))?);
     } else {
-        print!("{}", text::experiment(&result, text::Style::Terminal));
+        print!("{}", text::experiment(&result, text::Style::Terminal, |_| true));
         println!("{}", output::where_to_look(&folder));
     }
     recorded?;

@@ -54,7 +54,8 @@ impl ExperimentRecorder {
             let clusters: Vec<EndPoints> = shown.iter().flat_map(|stage| clusters(stage, side.side)).collect();
             self.recording.end_points(side.side, &clusters);
         }
-        self.recording.result(&text::experiment(result, Style::Markdown));
+        let table = text::experiment(result, Style::Markdown, |stage| self.stages.contains(&stage.name));
+        self.recording.result(&table);
         self.recording.finish()
     }
 }

@@ -51,6 +51,11 @@ impl RunRecorder {
         let full = (detail == Detail::Full).then(|| {
             let full = Full::new(&root, robot);
             full.dress(&stream, &root, label, robot, tint.then_some(colour));
+            // Columns go past rerun's batches of rows: what the robot looks like must not wait in one of them, or the
+            // recording of a process that is killed early shows forces on nothing.
+            if let Err(error) = stream.to_disk.flush_async() {
+                stream.disk.note(error);
+            }
             Box::new(full)
         });
         let style = match detail {

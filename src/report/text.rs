@@ -1,6 +1,6 @@
 //! Tables for the terminal, and the same as markdown for the recording's text panel.
 
-use crate::calibrate::CentreOfGravity;
+use crate::calibrate::{CentreOfGravity, Parameter};
 use crate::drive::SimulatedRun;
 use crate::experiment::{Experiment, MethodResult, Stage};
 use crate::geometry::Pose2;
@@ -17,17 +17,31 @@ pub enum Style {
     Markdown,
 }
 
-/// End points of every stage of an experiment, and what the calibration gained.
-pub fn experiment(experiment: &Experiment, style: Style) -> String {
+/// What the calibrations of an experiment gained, and the end points of the stages that `shown` keeps.
+pub fn experiment(experiment: &Experiment, style: Style, shown: impl Fn(&Stage) -> bool) -> String {
     let mut text = String::new();
-    heading(&mut text, style, "Where the squares ended: centres of gravity of surveyed − dead-reckoned end points");
+    if !experiment.methods.is_empty() {
+        heading(&mut text, style, "What each calibration found, and gained at the side that it was calibrated on");
+        let mut table =
+            table(style, &["method", "squares used", "E_d", "E_b", "E_s", "E_max,syst before", "after", "better by"]);
+        for result in &experiment.methods {
+            table.add_row(gain(result, &experiment.before));
+        }
+        push(&mut text, &table, style);
+        text.push_str("corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ\n\n");
+    }
+    heading(
+        &mut text,
+        style,
+        "Where the squares ended: centres of gravity of surveyed − dead-reckoned end points [mm]",
+    );
     let mut table = table(style, &["squares", "runs", "x cw", "y cw", "r cw", "x ccw", "y ccw", "r ccw", "E_max,syst"]);
-    let mut rows = |label: &str, stage: &Stage| {
+    for stage in experiment.stages().filter(|stage| shown(stage)) {
         for side in &stage.sides {
             let mm = |value: f64| format!("{:.1}", 1e3 * value);
             let CentreOfGravity { x, y, .. } = side.cw;
             table.add_row([
-                format!("{label}, {} m", side.side),
+                format!("{}: {} m", stage.name.replace('_', " "), side.side),
                 format!("{}+{}", side.cw.runs, side.ccw.runs),
                 mm(x),
                 mm(y),
@@ -38,50 +52,41 @@ pub fn experiment(experiment: &Experiment, style: Style) -> String {
                 mm(side.e_max_syst()),
             ]);
         }
-    };
-    rows("before", &experiment.before);
-    for result in &experiment.methods {
-        rows(&format!("{} from {} m", result.method, result.calibrated_on_side), &result.after);
     }
     push(&mut text, &table, style);
-    text.push_str("millimetres; E_max,syst is the larger of the two r\n\n");
-
-    if !experiment.methods.is_empty() {
-        heading(&mut text, style, "What the calibration found, and gained where it was calibrated");
-        let mut table = self::table(
-            style,
-            &[
-                "method",
-                "squares used",
-                "diameter ratio E_d",
-                "track ratio E_b",
-                "E_max,syst before",
-                "after",
-                "better by",
-            ],
-        );
-        for result in &experiment.methods {
-            table.add_row(gain(result, &experiment.before));
-        }
-        push(&mut text, &table, style);
-    }
+    text.push_str("E_max,syst is the larger of the two r\n\n");
     text
 }
 
 /// One row of the gain table.
-fn gain(result: &MethodResult, before: &Stage) -> [String; 7] {
+fn gain(result: &MethodResult, before: &Stage) -> [String; 8] {
     let side = result.calibrated_on_side;
     let e_max =
         |stage: &Stage| stage.side(side).map_or("–".into(), |entry| format!("{:.1} mm", 1e3 * entry.e_max_syst()));
+    let estimate = &result.estimate;
     [
         result.method.to_owned(),
         format!("{side} m"),
-        format!("{:.6}", result.estimate.diameter_ratio.value),
-        format!("{:.5}", result.estimate.track_ratio.value),
+        parameter(&estimate.diameter_ratio),
+        parameter(&estimate.track_ratio),
+        parameter(&estimate.distance_scale),
         e_max(before),
         e_max(&result.after),
         result.improvement(before).map_or("–".into(), |gain| format!("{gain:.1} ×")),
     ]
+}
+
+/// A value with its σ, in the digits that the σ leaves.
+fn parameter(parameter: &Parameter) -> String {
+    let Parameter { value, std_dev } = *parameter;
+    if std_dev.is_infinite() {
+        return if value == 1.0 { "1 (assumed)".to_owned() } else { format!("{value:.4} if E_s = 1") };
+    }
+    if std_dev.is_nan() || std_dev <= 0.0 {
+        return format!("{value:.5}");
+    }
+    let digits = (1.0 - std_dev.log10().floor()).clamp(2.0, 8.0) as usize;
+    format!("{value:.digits$} ± {std_dev:.digits$}")
 }
 
 /// Where one run ended, by truth, by dead reckoning and by survey.
