@@ -84,6 +84,24 @@ pub fn calibrate(training: &Training, hold_out: Option<&Training>, methods: &[&'
     Calibration { outcomes, best, held_out_by_name: hold_out.is_some() }
 }
 
+/// How much worse than its own runs a method may predict others before its model is not enough: errors of a handful of
+/// runs differ by half by chance.
+const NOT_ENOUGH: f64 = 2.0;
+
+impl Calibration {
+    /// The outcome of the best method.
+    pub fn best(&self) -> Option<&MethodOutcome> {
+        self.best.map(|index| &self.outcomes[index])
+    }
+
+    /// Whether what fits the training runs also predicts the runs held out by name, by the best method; `None` where
+    /// nothing was held out by name.
+    pub fn model_is_enough(&self) -> Option<bool> {
+        let best = self.best().filter(|_| self.held_out_by_name)?;
+        Some(best.held_out?.position_rmse_after <= NOT_ENOUGH * best.selection?)
+    }
+}
+
 /// Error of each run as predicted by the method from all other runs; `None` where it cannot do without one of them.
 fn folds(method: &Method, training: &Training) -> Option<Vec<SurveyedPose>> {
     (0..training.runs.len())

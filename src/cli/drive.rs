@@ -68,7 +68,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => protocol.kind().to_owned(),
     };
     let task = Task { name, protocol, speed: arguments.speed, turn_rate: arguments.turn_rate };
-    let result = recorded(arguments, &folder, &scene, &task, stop)?;
+    let (result, recorded) = drive_recorded(arguments, &folder, &scene, &task, stop)?;
     Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] }.write(&folder)?;
 
     if arguments.scene.json {
@@ -77,21 +77,21 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         print!("{}", text::drive(&result, text::Style::Terminal));
         println!("{}", output::where_to_look(&folder));
     }
-    Ok(())
+    recorded
 }
 
-/// Drives the task, watched by a recorder.
+/// Drives the task, watched by a recorder; beside the run, whether it could be recorded to its end.
 #[cfg(feature = "recording")]
-fn recorded(
+fn drive_recorded(
     arguments: &Arguments,
     folder: &Path,
     scene: &Scene,
     task: &Task,
     stop: &AtomicBool,
-) -> anyhow::Result<SimulatedRun> {
+) -> anyhow::Result<(SimulatedRun, anyhow::Result<()>)> {
     let seed = arguments.scene.seed;
     if arguments.scene.no_recording {
-        return Ok(drive::run(scene, task, seed, None, stop)?);
+        return Ok((drive::run(scene, task, seed, None, stop)?, Ok(())));
     }
     let (recording, mut recorder) = super::record::drive(&folder.join(output::RECORDING), scene, &task.protocol)?;
     let result = drive::run(scene, task, seed, Some(recorder.as_mut()), stop);
@@ -101,21 +101,20 @@ fn recorded(
     }
     let finished = recording.finish();
     let result = result.with_context(|| format!("{} is kept as far as it got", folder.display()))?;
-    finished?;
-    Ok(result)
+    Ok((result, finished.map_err(Into::into)))
 }
 
 /// Drives the task; this build records nothing.
 #[cfg(not(feature = "recording"))]
-fn recorded(
+fn drive_recorded(
     arguments: &Arguments,
     _: &Path,
     scene: &Scene,
     task: &Task,
     stop: &AtomicBool,
-) -> anyhow::Result<SimulatedRun> {
+) -> anyhow::Result<(SimulatedRun, anyhow::Result<()>)> {
     output::note_missing_recording(arguments.scene.no_recording);
-    Ok(drive::run(scene, task, arguments.scene.seed, None, stop)?)
+    Ok((drive::run(scene, task, arguments.scene.seed, None, stop)?, Ok(())))
 }
 
 impl Arguments {

@@ -1,5 +1,6 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
+mod calibrate;
 mod drive;
 mod experiment;
 mod options;
@@ -8,6 +9,7 @@ mod output;
 mod record;
 mod watch;
 
+use crate::report::text;
 use clap::{Parser, Subcommand};
 
 /// Simulates, calibrates and records the odometry of wheeled robots.
@@ -26,6 +28,10 @@ enum Command {
     Experiment(experiment::Arguments),
     /// Drive one run
     Drive(drive::Arguments),
+    /// Find wheel diameters and track from measured or simulated datasets, by every published method
+    Calibrate(calibrate::Arguments),
+    /// List the calibration methods, with source, needs and blind spots
+    Methods,
 }
 
 impl Cli {
@@ -38,6 +44,11 @@ impl Cli {
             None => experiment::run(&self.experiment),
             Some(Command::Experiment(arguments)) => experiment::run(&arguments),
             Some(Command::Drive(arguments)) => drive::run(&arguments),
+            Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
+            Some(Command::Methods) => {
+                print!("{}", text::methods());
+                Ok(())
+            }
         }
     }
 }

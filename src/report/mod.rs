@@ -1,4 +1,5 @@
-//! Results → text and JSON. Every number that a command prints comes from here, in one wording.
+//! Results → text, JSON, ROS 2 parameters. Every number that a command prints comes from here, in one wording.
 
 pub mod json;
+pub mod ros2;
 pub mod text;

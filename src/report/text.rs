@@ -1,11 +1,11 @@
 //! Tables for the terminal, and the same as markdown for the recording's text panel.
 
-use crate::calibrate::{CentreOfGravity, Parameter};
+use crate::calibrate::{Calibration, CentreOfGravity, Estimate, METHODS, MethodOutcome, Parameter, Score};
 use crate::drive::SimulatedRun;
 use crate::experiment::{Experiment, MethodResult, Stage};
 use crate::geometry::Pose2;
 use comfy_table::presets::{ASCII_MARKDOWN, UTF8_FULL_CONDENSED};
-use comfy_table::{CellAlignment, Table};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 use std::fmt::Write;
 
 /// How tables are drawn.
@@ -87,6 +87,112 @@ fn parameter(parameter: &Parameter) -> String {
     }
     let digits = (1.0 - std_dev.log10().floor()).clamp(2.0, 8.0) as usize;
     format!("{value:.digits$} ± {std_dev:.digits$}")
+}
+
+/// What every method found in data, how well it predicts, and which to take.
+pub fn calibration(calibration: &Calibration) -> String {
+    let style = Style::Terminal;
+    let mut text = String::new();
+    heading(
+        &mut text,
+        style,
+        "Corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ",
+    );
+    let mut table = table(style, &["method", "E_d", "E_b", "E_s"]);
+    let applicable =
+        || calibration.outcomes.iter().filter_map(|outcome| Some((outcome, outcome.estimate.as_ref().ok()?)));
+    for (outcome, estimate) in applicable() {
+        table.add_row([
+            outcome.method.name.to_owned(),
+            parameter(&estimate.diameter_ratio),
+            parameter(&estimate.track_ratio),
+            parameter(&estimate.distance_scale),
+        ]);
+    }
+    push(&mut text, &table, style);
+
+    let held_out = if calibration.held_out_by_name { "held out" } else { "each run from the others" };
+    heading(
+        &mut text,
+        style,
+        &format!(
+            "\nErrors of predicted end points: position [mm] and heading [mrad] RMS, E_max,syst [mm]; {held_out}: not seen by the fit"
+        ),
+    );
+    let mut table =
+        self::table(style, &["method", "in sample", "heading", "E_max,syst", held_out, "heading", "E_max,syst"]);
+    if let Some(first) = calibration.outcomes.iter().find(|outcome| outcome.in_sample.is_some()) {
+        table.add_row(score_row("before", first, |score| {
+            (score.position_rmse_before, score.heading_rmse_before, score.e_max_syst_before)
+        }));
+    }
+    for (outcome, _) in applicable() {
+        table.add_row(score_row(outcome.method.name, outcome, |score| {
+            (score.position_rmse_after, score.heading_rmse_after, score.e_max_syst_after)
+        }));
+    }
+    push(&mut text, &table, style);
+
+    for outcome in &calibration.outcomes {
+        if let Err(reason) = &outcome.estimate {
+            let _ = writeln!(text, "not applicable: {}: {reason}", outcome.method.name);
+        }
+    }
+    text.push('\n');
+    let Some(best) = calibration.best() else {
+        text.push_str("No method could be checked on runs that it had not seen.\n");
+        return text;
+    };
+    if let (Some(selection), Some(before)) = (best.selection, best.in_sample) {
+        let _ = writeln!(
+            text,
+            "Take {}: it predicts each run from the others to {:.1} mm RMS, {:.1} times better than before.",
+            best.method.name,
+            1e3 * selection,
+            before.position_rmse_before / selection
+        );
+    }
+    if let Ok(Estimate { not_fixed: Some(words), .. }) = &best.estimate {
+        let _ = writeln!(text, "Not fixed by these data: {words}.");
+    }
+    if let (Some(false), Some(held_out), Some(selection)) =
+        (calibration.model_is_enough(), best.held_out, best.selection)
+    {
+        let _ = writeln!(
+            text,
+            "Wheel diameters and track are not enough for these data: what predicts the training runs to {:.1} mm predicts the held-out ones to {:.1} mm only. `treadmark diagnose` looks for the cause.",
+            1e3 * selection,
+            1e3 * held_out.position_rmse_after
+        );
+    }
+    text
+}
+
+/// A row of the error table.
+fn score_row(label: &str, outcome: &MethodOutcome, of: impl Fn(&Score) -> (f64, f64, Option<f64>)) -> [String; 7] {
+    let milli = |value: f64| if value.is_finite() { format!("{:.1}", 1e3 * value) } else { "–".to_owned() };
+    let cells = |score: &Option<Score>| match score {
+        Some(score) => {
+            let (position, heading, e_max) = of(score);
+            [milli(position), milli(heading), milli(e_max.unwrap_or(f64::NAN))]
+        }
+        None => ["–", "–", "–"].map(str::to_owned),
+    };
+    let ([a, b, c], [d, e, f]) = (cells(&outcome.in_sample), cells(&outcome.held_out));
+    [label.to_owned(), a, b, c, d, e, f]
+}
+
+/// Every method with its source, what it needs and what it cannot see.
+pub fn methods() -> String {
+    let mut table = table(Style::Terminal, &["method", "source", "needs", "cannot see"]);
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(140);
+    for method in &METHODS {
+        table.add_row([method.name, method.source, method.needs, method.blind_to]);
+    }
+    format!("{table}\n")
 }
 
 /// Where one run ended, by truth, by dead reckoning and by survey.

@@ -165,19 +165,29 @@ fn an_existing_folder_is_left_alone() {
     assert_eq!(std::fs::read_to_string(kept.join("thesis.txt")).expect("it is there"), "years of work");
 }
 
-/// A file-size limit stands for a full disk: writes fail in the same place, with the system's reason.
+/// A file-size limit stands for a full disk: writes fail in the same place, with the system's reason. Results that no
+/// longer fit are one message; a recording breaks off readably and costs nothing else.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_one_message_and_keeps_what_was_there() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
     let program = assert_cmd::cargo::cargo_bin("treadmark");
-    let script = format!("trap '' XFSZ; ulimit -f 40; exec '{}' drive --side 1 --out full", program.display());
-    let output = Command::new("bash").args(["-c", &script]).current_dir(folder.path()).output().expect("bash starts");
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert_eq!(stderr.matches("error:").count(), 1, "{stderr}");
-    assert!(stderr.contains("cannot be written") && !stderr.contains("panicked"), "{stderr}");
-    assert!(!folder.path().join("full/dataset.toml").exists(), "a folder with a dataset.toml holds a whole dataset");
+    for (limit, options, message, kept) in
+        [(40, "--no-recording", "cannot be written", false), (400, "", "the recording breaks off here", true)]
+    {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let script = format!(
+            "trap '' XFSZ; ulimit -f {limit}; exec '{}' drive --side 1 --out full {options}",
+            program.display()
+        );
+        let output =
+            Command::new("bash").args(["-c", &script]).current_dir(folder.path()).output().expect("bash starts");
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert_eq!(stderr.matches("error:").count(), 1, "{stderr}");
+        assert!(stderr.contains(message) && !stderr.contains("panicked"), "{stderr}");
+        // A folder with a dataset.toml holds a whole dataset.
+        assert_eq!(folder.path().join("full/dataset.toml").exists(), kept, "{stderr}");
+    }
 }
 
 #[test]
