@@ -1,12 +1,15 @@
 //! Ours: maximum likelihood over all runs, iterated to the end, with full covariance.
 //!
 //! Every run's surveyed end is compared with dead reckoning of its wheels' rotation, exactly, for corrections
-//! (E_d, E_b/E_s, E_s) and one turn of the survey's frame against the robot a dataset. The noise of an end has two parts:
+//! (E_d, E_b/E_s, E_s) and one turn of the survey's frame against the robot a dataset. The noise of an end has three parts:
 //!
 //! - the survey's own, at start and end (the start is a reading too: its heading swings the end);
 //! - what an uneven floor does on the way: a random walk of heading with distance and with corners and a random scale,
-//!   in the proportions of [`PROCESS`], by a factor that the runs themselves tell by restricted maximum likelihood
-//!   \[Patterson & Thompson, *Biometrika* 58 (1971) 545–554\].
+//!   in the proportions of [`PROCESS`], by a factor;
+//! - what makes headings disagree with positions beyond that: a heading noise of its own.
+//!
+//! Factor and heading noise are told by the runs themselves, by restricted maximum likelihood \[Patterson & Thompson,
+//! *Biometrika* 58 (1971) 545–554\], so that readings that fit nothing else weigh little.
 //!
 //! What the runs could not tell even with the robot's own belief as truth is not fitted: squares close whatever the
 //! scale. Its σ is infinite, and named.
@@ -36,11 +39,14 @@ const PROCESS: [f64; 3] = [2.5e-3, 1e-3, 1e-3];
 /// Prior σ of the survey frame's turn \[rad\].
 const FRAME_STD: f64 = 0.01;
 
-/// σ of a logarithm beyond which the data do not fix it.
-const NOT_FIXED: f64 = 0.1;
+/// σ of a logarithm beyond which the data do not fix it: wheels and tape measures are known better than to 1 %.
+const NOT_FIXED: f64 = 0.01;
 
 /// Least noise of an end, where the dataset states none: a tenth of a millimetre and of a milliradian.
 const LEAST_STD: f64 = 1e-4;
+
+/// Rounds of fit and noise levels.
+const ROUNDS: usize = 4;
 
 /// Unknowns: ln E_d, ln(E_b/E_s), ln E_s, then a frame turn a dataset.
 const CORRECTIONS: usize = 3;
@@ -140,7 +146,7 @@ fn estimate(training: &Training) -> Result<Estimate, CalibrateError> {
     let noise: Vec<Noise> = training.runs.iter().map(|run| Noise::of(run, training)).collect();
     let singular = || CalibrateError::Singular { dataset: training.name.clone() };
 
-    let whiten = whitening(training, &noise, 1.0).ok_or_else(singular)?;
+    let whiten = whitening(training, &noise, Levels { process: 1.0, heading: 0.0 }).ok_or_else(singular)?;
     let all: Vec<usize> = (0..CORRECTIONS + datasets).collect();
     let start = DVector::zeros(all.len());
     let belief = Problem { training, whiten: &whiten, fitted: &all, datasets, unknowns: start.clone() };
@@ -150,22 +156,20 @@ fn estimate(training: &Training) -> Result<Estimate, CalibrateError> {
         return Err(CalibrateError::TooFew { dataset: training.name.clone(), found, needed: corrections.max(1) });
     }
 
-    // The factor of the process noise and the fit depend on each other weakly: a few rounds settle both.
-    let mut factor = 1.0;
+    // Noise levels and fit depend on each other weakly: a few rounds settle both.
     let mut unknowns = start;
     let mut whiten = whiten;
-    for round in 0..4 {
+    for round in 0..ROUNDS {
         let problem = Problem { training, whiten: &whiten, fitted: &fitted, datasets, unknowns: unknowns.clone() };
         let (solved, report) = LevenbergMarquardt::new().minimize(problem);
         if !report.termination.was_successful() && !report.objective_function.is_finite() {
             return Err(singular());
         }
         unknowns = solved.unknowns;
-        if round == 3 {
-            break;
+        if round + 1 < ROUNDS {
+            let levels = Linear::at(training, &fitted, datasets, &unknowns).levels(training, &noise);
+            whiten = whitening(training, &noise, levels).ok_or_else(singular)?;
         }
-        factor = process_factor(training, &noise, &fitted, datasets, &unknowns).unwrap_or(factor);
-        whiten = whitening(training, &noise, factor).ok_or_else(singular)?;
     }
     let problem = Problem { training, whiten: &whiten, fitted: &fitted, datasets, unknowns: unknowns.clone() };
     let jacobian = problem.jacobian_at(&unknowns);
@@ -265,19 +269,30 @@ impl Noise {
         Noise { survey, process }
     }
 
-    fn covariance(&self, factor: f64) -> Matrix3<f64> {
-        self.survey + self.process * factor
+    fn covariance(&self, levels: Levels) -> Matrix3<f64> {
+        let mut covariance = self.survey + self.process * levels.process;
+        covariance[(2, 2)] += levels.heading * levels.heading;
+        covariance
     }
 }
 
+/// How strong the noises are that the runs themselves tell.
+#[derive(Debug, Clone, Copy)]
+struct Levels {
+    /// Factor on the variance of the process noise.
+    process: f64,
+    /// σ of a heading noise of its own \[rad\].
+    heading: f64,
+}
+
 /// Inverse Cholesky factors of every run's noise; without a heading, of its position alone.
-fn whitening(training: &Training, noise: &[Noise], factor: f64) -> Option<Vec<Matrix3<f64>>> {
+fn whitening(training: &Training, noise: &[Noise], levels: Levels) -> Option<Vec<Matrix3<f64>>> {
     training
         .runs
         .iter()
         .zip(noise)
         .map(|(run, noise)| {
-            let mut covariance = noise.covariance(factor);
+            let mut covariance = noise.covariance(levels);
             if run.surveyed.heading.is_none() {
                 for k in 0..2 {
                     covariance[(2, k)] = 0.0;
@@ -294,43 +309,61 @@ fn whitening(training: &Training, noise: &[Noise], factor: f64) -> Option<Vec<Ma
         .collect()
 }
 
-/// The factor of the process noise's variance that the residuals tell, by restricted maximum likelihood: it allows for
-/// what the fit has taken out of them. Golden-section search over its square root from 0 to 10.
-fn process_factor(
-    training: &Training,
-    noise: &[Noise],
-    fitted: &[usize],
-    datasets: usize,
-    unknowns: &DVector<f64>,
-) -> Option<f64> {
-    let minus_log = |root: f64| -> f64 {
-        let factor = root * root;
-        let Some(whiten) = whitening(training, noise, factor) else { return f64::INFINITY };
-        let problem = Problem { training, whiten: &whiten, fitted, datasets, unknowns: unknowns.clone() };
-        let residuals = problem.whitened(unknowns);
-        let jacobian = problem.jacobian_at(unknowns);
+/// The problem about a fit, linear: residuals and sensitivities before any whitening.
+struct Linear {
+    residuals: DVector<f64>,
+    jacobian: DMatrix<f64>,
+}
+
+impl Linear {
+    fn at(training: &Training, fitted: &[usize], datasets: usize, unknowns: &DVector<f64>) -> Linear {
+        let bare = vec![Matrix3::identity(); training.runs.len()];
+        let problem = Problem { training, whiten: &bare, fitted, datasets, unknowns: unknowns.clone() };
+        Linear { residuals: problem.whitened(unknowns), jacobian: problem.jacobian_at(unknowns) }
+    }
+
+    /// The noise levels of greatest restricted likelihood, which allows for what the fit has taken out of the residuals:
+    /// golden sections over the root of the factor and over the heading's σ in turn.
+    fn levels(&self, training: &Training, noise: &[Noise]) -> Levels {
+        let mut levels = Levels { process: 1.0, heading: 0.0 };
+        for _ in 0..3 {
+            let root = least(10.0, |root| self.minus_log(training, noise, Levels { process: root * root, ..levels }));
+            levels.process = root * root;
+            levels.heading = least(0.2, |heading| self.minus_log(training, noise, Levels { heading, ..levels }));
+        }
+        levels
+    }
+
+    /// −2 ln of the restricted likelihood, but for a constant.
+    fn minus_log(&self, training: &Training, noise: &[Noise], levels: Levels) -> f64 {
+        let Some(whiten) = whitening(training, noise, levels) else { return f64::INFINITY };
+        let (mut residuals, mut jacobian) = (self.residuals.clone(), self.jacobian.clone());
+        let mut log_noise = 0.0;
+        for (index, (run, whiten)) in training.runs.iter().zip(&whiten).enumerate() {
+            let white = whiten * residuals.fixed_rows::<3>(3 * index);
+            residuals.fixed_rows_mut::<3>(3 * index).copy_from(&white);
+            let white = whiten * jacobian.fixed_rows::<3>(3 * index);
+            jacobian.fixed_rows_mut::<3>(3 * index).copy_from(&white);
+            let rows = if run.surveyed.heading.is_some() { 3 } else { 2 };
+            log_noise -= 2.0 * (0..rows).map(|k| whiten[(k, k)].ln()).sum::<f64>();
+        }
         let information = jacobian.transpose() * &jacobian;
+        let determinant = information.determinant();
         // The best small step from here, so that the likelihood is that of the fit under this noise.
-        let Some(inverse) = information.clone().try_inverse() else { return f64::INFINITY };
+        let Some(inverse) = information.try_inverse() else { return f64::INFINITY };
         let gradient = jacobian.transpose() * &residuals;
-        let squares = residuals.norm_squared() - gradient.dot(&(&inverse * &gradient));
-        let log_noise: f64 = training
-            .runs
-            .iter()
-            .zip(&whiten)
-            .map(|(run, whiten)| {
-                let rows = if run.surveyed.heading.is_some() { 3 } else { 2 };
-                -2.0 * (0..rows).map(|k| whiten[(k, k)].ln()).sum::<f64>()
-            })
-            .sum();
-        squares + log_noise + information.determinant().ln()
-    };
+        residuals.norm_squared() - gradient.dot(&(&inverse * &gradient)) + log_noise + determinant.ln()
+    }
+}
+
+/// Where `cost` is least between 0 and `high`, both included.
+fn least(high: f64, cost: impl Fn(f64) -> f64) -> f64 {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut low, mut high) = (0.0, 10.0);
+    let (end, mut low, mut high) = (high, 0.0, high);
     for _ in 0..40 {
         let (a, b) = (high - golden * (high - low), low + golden * (high - low));
-        if minus_log(a) <= minus_log(b) { high = b } else { low = a }
+        if cost(a) <= cost(b) { high = b } else { low = a }
     }
-    let root = 0.5 * (low + high);
-    Some(if minus_log(0.0) <= minus_log(root) { 0.0 } else { root * root })
+    let inner = 0.5 * (low + high);
+    [0.0, inner, end].into_iter().min_by(|one, other| cost(*one).total_cmp(&cost(*other))).unwrap_or(inner)
 }
