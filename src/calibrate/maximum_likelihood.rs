@@ -11,8 +11,8 @@
 //! Factor and heading noise are told by the runs themselves, by restricted maximum likelihood \[Patterson & Thompson,
 //! *Biometrika* 58 (1971) 545–554\], so that readings that fit nothing else weigh little.
 //!
-//! What the runs could not tell even with the robot's own belief as truth is not fitted: squares close whatever the
-//! scale. Its σ is infinite, and named.
+//! What the runs could not tell even with the robot's own belief as truth has an infinite σ, and is named: squares close
+//! whatever the scale. The scale is then a nuisance under a prior of 1 %, so that it does not spoil the rest.
 
 use super::Method;
 use super::error::CalibrateError;
@@ -46,7 +46,7 @@ const NOT_FIXED: f64 = 0.01;
 const LEAST_STD: f64 = 1e-4;
 
 /// Rounds of fit and noise levels.
-const ROUNDS: usize = 4;
+const ROUNDS: usize = 3;
 
 /// Unknowns: ln E_d, ln(E_b/E_s), ln E_s, then a frame turn a dataset.
 const CORRECTIONS: usize = 3;
@@ -57,13 +57,20 @@ struct Noise {
     process: Matrix3<f64>,
 }
 
+/// Which of the unknowns are fitted.
+#[derive(Debug, Clone)]
+struct Fitted {
+    unknowns: Vec<usize>,
+    /// Whether ln E_s is fitted under its prior alone, because the data do not fix it.
+    scale_is_nuisance: bool,
+}
+
 #[derive(Clone)]
 struct Problem<'a> {
     training: &'a Training,
     /// Whitening of each run: inverse of the Cholesky factor of its noise; rows of blank headings are zero.
     whiten: &'a [Matrix3<f64>],
-    /// Which of the unknowns are fitted.
-    fitted: &'a [usize],
+    fitted: &'a Fitted,
     datasets: usize,
     /// All unknowns.
     unknowns: DVector<f64>,
@@ -89,15 +96,18 @@ impl Problem<'_> {
         )
     }
 
-    /// Whitened residuals of all runs, then the frames' priors.
+    /// Whitened residuals of all runs, then the priors of frames and scale.
     fn whitened(&self, unknowns: &DVector<f64>) -> DVector<f64> {
         let runs = self.training.runs.len();
-        let mut out = DVector::zeros(3 * runs + self.datasets);
+        let mut out = DVector::zeros(3 * runs + self.datasets + 1);
         for (index, (run, whiten)) in self.training.runs.iter().zip(self.whiten).enumerate() {
             out.fixed_rows_mut::<3>(3 * index).copy_from(&(whiten * self.residual(run, unknowns)));
         }
         for dataset in 0..self.datasets {
             out[3 * runs + dataset] = unknowns[CORRECTIONS + dataset] / FRAME_STD;
+        }
+        if self.fitted.scale_is_nuisance {
+            out[3 * runs + self.datasets] = unknowns[2] / NOT_FIXED;
         }
         out
     }
@@ -105,8 +115,9 @@ impl Problem<'_> {
     /// By central differences of the fitted unknowns.
     fn jacobian_at(&self, unknowns: &DVector<f64>) -> DMatrix<f64> {
         const STEP: f64 = 1e-6;
-        let mut jacobian = DMatrix::zeros(3 * self.training.runs.len() + self.datasets, self.fitted.len());
-        for (column, &unknown) in self.fitted.iter().enumerate() {
+        let rows = 3 * self.training.runs.len() + self.datasets + 1;
+        let mut jacobian = DMatrix::zeros(rows, self.fitted.unknowns.len());
+        for (column, &unknown) in self.fitted.unknowns.iter().enumerate() {
             let (mut up, mut down) = (unknowns.clone(), unknowns.clone());
             up[unknown] += STEP;
             down[unknown] -= STEP;
@@ -122,13 +133,14 @@ impl LeastSquaresProblem<f64, Dyn, Dyn> for Problem<'_> {
     type ParameterStorage = Owned<f64, Dyn>;
 
     fn set_params(&mut self, x: &DVector<f64>) {
-        for (value, &unknown) in x.iter().zip(self.fitted) {
+        for (value, &unknown) in x.iter().zip(&self.fitted.unknowns) {
             self.unknowns[unknown] = *value;
         }
     }
 
     fn params(&self) -> DVector<f64> {
-        DVector::from_iterator(self.fitted.len(), self.fitted.iter().map(|&unknown| self.unknowns[unknown]))
+        let fitted = &self.fitted.unknowns;
+        DVector::from_iterator(fitted.len(), fitted.iter().map(|&unknown| self.unknowns[unknown]))
     }
 
     fn residuals(&self) -> Option<DVector<f64>> {
@@ -147,11 +159,12 @@ fn estimate(training: &Training) -> Result<Estimate, CalibrateError> {
     let singular = || CalibrateError::Singular { dataset: training.name.clone() };
 
     let whiten = whitening(training, &noise, Levels { process: 1.0, heading: 0.0 }).ok_or_else(singular)?;
-    let all: Vec<usize> = (0..CORRECTIONS + datasets).collect();
-    let start = DVector::zeros(all.len());
+    let all = Fitted { unknowns: (0..CORRECTIONS + datasets).collect(), scale_is_nuisance: false };
+    let start = DVector::zeros(all.unknowns.len());
     let belief = Problem { training, whiten: &whiten, fitted: &all, datasets, unknowns: start.clone() };
     let fitted = fixed_at_belief(&belief, &start);
-    let corrections = fitted.iter().filter(|&&unknown| unknown < CORRECTIONS).count();
+    let nuisances = usize::from(fitted.scale_is_nuisance);
+    let corrections = fitted.unknowns.iter().filter(|&&unknown| unknown < CORRECTIONS).count() - nuisances;
     if found < corrections.max(1) || corrections == 0 {
         return Err(CalibrateError::TooFew { dataset: training.name.clone(), found, needed: corrections.max(1) });
     }
@@ -177,17 +190,21 @@ fn estimate(training: &Training) -> Result<Estimate, CalibrateError> {
     Ok(report(&unknowns, &fitted, &covariance))
 }
 
-/// Turns logarithms into ratios, and names what was not fitted.
-fn report(unknowns: &DVector<f64>, fitted: &[usize], covariance: &DMatrix<f64>) -> Estimate {
-    let correction = Problem::correction(unknowns);
+/// Turns logarithms into ratios, and names what was not fixed.
+fn report(unknowns: &DVector<f64>, fitted: &Fitted, covariance: &DMatrix<f64>) -> Estimate {
+    let mut stated = unknowns.clone();
+    if fitted.scale_is_nuisance {
+        stated[2] = 0.0;
+    }
+    let correction = Problem::correction(&stated);
     let values = [correction.diameter_ratio, correction.track_ratio, correction.distance_scale];
     // d(E_d, E_b, E_s) over d(ln E_d, ln E_b/E_s, ln E_s).
-    let mut chain = DMatrix::zeros(3, fitted.len());
-    for (column, &unknown) in fitted.iter().enumerate() {
+    let mut chain = DMatrix::zeros(3, fitted.unknowns.len());
+    for (column, &unknown) in fitted.unknowns.iter().enumerate() {
         match unknown {
             0 => chain[(0, column)] = values[0],
             1 => chain[(1, column)] = values[1],
-            2 => {
+            2 if !fitted.scale_is_nuisance => {
                 chain[(1, column)] = values[1];
                 chain[(2, column)] = values[2];
             }
@@ -195,13 +212,14 @@ fn report(unknowns: &DVector<f64>, fitted: &[usize], covariance: &DMatrix<f64>) 
         }
     }
     let full = &chain * covariance * chain.transpose();
-    let is_fitted = |unknown: usize| fitted.contains(&unknown);
-    let fixed = [is_fitted(0), is_fitted(1) && is_fitted(2), is_fitted(2)];
+    let has = |unknown: usize| fitted.unknowns.contains(&unknown);
+    let (diameters, ratio, scale) = (has(0), has(1), has(2) && !fitted.scale_is_nuisance);
+    let fixed = [diameters, ratio && scale, scale];
     let parameter = |index: usize| Parameter {
         value: values[index],
         std_dev: if fixed[index] { full[(index, index)].sqrt() } else { f64::INFINITY },
     };
-    let not_fixed = match (is_fitted(0), is_fitted(1), is_fitted(2)) {
+    let not_fixed = match (diameters, ratio, scale) {
         (true, true, true) => None,
         (true, true, false) => Some(SCALE_NOT_FIXED),
         (_, false, true) => Some("E_b: no run turns enough; a square or a spin fixes it"),
@@ -222,22 +240,26 @@ fn report(unknowns: &DVector<f64>, fitted: &[usize], covariance: &DMatrix<f64>) 
 /// The unknowns that these runs fix where the robot's belief is true: there, a closed run really is closed, and tells
 /// nothing of scale. (Far from it a closed run's error grows with the scale, but to read a scale off it would be to
 /// trust the model to second order.)
-fn fixed_at_belief(problem: &Problem<'_>, belief: &DVector<f64>) -> Vec<usize> {
+fn fixed_at_belief(problem: &Problem<'_>, belief: &DVector<f64>) -> Fitted {
     // Residuals play no part in the sensitivities, so that the wheels' path alone decides.
     let jacobian = problem.jacobian_at(belief);
-    let mut fitted: Vec<usize> = problem.fitted.to_vec();
+    let mut fixed: Vec<usize> = problem.fitted.unknowns.clone();
     // Take away the worst until what is left is fixed: scale first where it ties with the track.
     for candidate in [2, 1, 0] {
-        let columns: Vec<_> = fitted.iter().map(|&unknown| jacobian.column(unknown).into_owned()).collect();
+        let columns: Vec<_> = fixed.iter().map(|&unknown| jacobian.column(unknown).into_owned()).collect();
         let j = DMatrix::from_columns(&columns);
         let information = j.transpose() * &j + DMatrix::identity(j.ncols(), j.ncols()) * 1e-9;
-        let position = fitted.iter().position(|&unknown| unknown == candidate);
+        let position = fixed.iter().position(|&unknown| unknown == candidate);
         let std_dev = information.try_inverse().zip(position).map(|(inverse, at)| inverse[(at, at)].sqrt());
         if std_dev.is_none_or(|std_dev| std_dev > NOT_FIXED) {
-            fitted.retain(|&unknown| unknown != candidate);
+            fixed.retain(|&unknown| unknown != candidate);
         }
     }
-    fitted
+    let scale_is_nuisance = !fixed.contains(&2);
+    if scale_is_nuisance {
+        fixed.push(2);
+    }
+    Fitted { unknowns: fixed, scale_is_nuisance }
 }
 
 impl Noise {
@@ -316,7 +338,7 @@ struct Linear {
 }
 
 impl Linear {
-    fn at(training: &Training, fitted: &[usize], datasets: usize, unknowns: &DVector<f64>) -> Linear {
+    fn at(training: &Training, fitted: &Fitted, datasets: usize, unknowns: &DVector<f64>) -> Linear {
         let bare = vec![Matrix3::identity(); training.runs.len()];
         let problem = Problem { training, whiten: &bare, fitted, datasets, unknowns: unknowns.clone() };
         Linear { residuals: problem.whitened(unknowns), jacobian: problem.jacobian_at(unknowns) }
@@ -326,7 +348,7 @@ impl Linear {
     /// golden sections over the root of the factor and over the heading's σ in turn.
     fn levels(&self, training: &Training, noise: &[Noise]) -> Levels {
         let mut levels = Levels { process: 1.0, heading: 0.0 };
-        for _ in 0..3 {
+        for _ in 0..2 {
             let root = least(10.0, |root| self.minus_log(training, noise, Levels { process: root * root, ..levels }));
             levels.process = root * root;
             levels.heading = least(0.2, |heading| self.minus_log(training, noise, Levels { heading, ..levels }));
@@ -360,7 +382,7 @@ impl Linear {
 fn least(high: f64, cost: impl Fn(f64) -> f64) -> f64 {
     let golden = 0.5 * (5f64.sqrt() - 1.0);
     let (end, mut low, mut high) = (high, 0.0, high);
-    for _ in 0..40 {
+    for _ in 0..24 {
         let (a, b) = (high - golden * (high - low), low + golden * (high - low));
         if cost(a) <= cost(b) { high = b } else { low = a }
     }
