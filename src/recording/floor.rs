@@ -126,13 +126,14 @@ fn draw_obstacle(mesh: &mut Mesh, obstacle: &Obstacle) {
         Obstacle::Box { size, placement, .. } => mesh.cuboid(placement, *size, OBSTACLE),
         Obstacle::Ramp { size, placement, .. } => mesh.wedge(placement, *size, OBSTACLE),
         Obstacle::HeightField { heights, spacing, placement, .. } => {
+            let (rows, columns) = (heights.len(), heights.first().map_or(0, Vec::len));
             let at = |row: usize, column: usize| {
                 let middle = |count: usize| 0.5 * (count as f64 - 1.0);
-                let (x, y) = (column as f64 - middle(heights[row].len()), row as f64 - middle(heights.len()));
+                let (x, y) = (column as f64 - middle(columns), row as f64 - middle(rows));
                 Vector3::new(spacing * x, spacing * y, heights[row][column])
             };
-            for row in 1..heights.len() {
-                for column in 1..heights[row].len() {
+            for row in 1..rows {
+                for column in 1..columns {
                     let (a, b) = (at(row - 1, column - 1), at(row - 1, column));
                     let (c, d) = (at(row, column - 1), at(row, column));
                     mesh.triangle(placement, [a, b, d], OBSTACLE);

@@ -21,7 +21,7 @@ const PATCH_CHANGE: f64 = 0.05;
 const TRAIL_RATE: f64 = 5.0;
 /// Rows are sent together, those of this much wall time. A viewer opens few large batches faster than many small ones, so
 /// their number is limited only to bound memory.
-const BATCH_ROWS: usize = 10_000;
+const BATCH_ROWS: usize = 3_000;
 const BATCH_TIME: Duration = Duration::from_secs(1);
 /// Paths float above the floor \[m\], so that they do not fight with it: in order, all runs', featured ones, growing ones.
 const LIFT: [f64; 3] = [3e-3, 5e-3, 8e-3];
@@ -411,9 +411,28 @@ impl Full {
         self.rows += 1;
     }
 
-    /// Sends what has come together, and starts over with the same buffers.
+    /// Sends what has come together, and starts over with the same buffers. What shows most goes first, should the disk fill.
     fn send(&mut self, stream: &Stream) {
         self.sent = Instant::now();
+        if !self.body_times.is_empty() {
+            for track in &mut self.bodies {
+                track.send(stream, &self.body_times);
+            }
+            self.body_times.clear();
+        }
+        if !self.trail_times.is_empty() {
+            for track in &mut self.trails {
+                let strips = LineStrips3D::update_fields().with_strips(track.strips.drain(..));
+                stream.columns(&track.path, &self.trail_times, strips.columns_of_unit_batches());
+            }
+            self.trail_times.clear();
+        }
+        if !self.patch_times.is_empty() {
+            for track in &mut self.patches {
+                track.send(stream, &self.patch_times);
+            }
+            self.patch_times.clear();
+        }
         let times = &self.times;
         if !times.is_empty() {
             let singles = [&mut self.heading_error, &mut self.position_error];
@@ -423,25 +442,6 @@ impl Full {
                 stream.columns(&series.path, times, scalars.columns(times.iter().map(|_| width)));
             }
             self.times.clear();
-        }
-        if !self.body_times.is_empty() {
-            for track in &mut self.bodies {
-                track.send(stream, &self.body_times);
-            }
-            self.body_times.clear();
-        }
-        if !self.patch_times.is_empty() {
-            for track in &mut self.patches {
-                track.send(stream, &self.patch_times);
-            }
-            self.patch_times.clear();
-        }
-        if !self.trail_times.is_empty() {
-            for track in &mut self.trails {
-                let strips = LineStrips3D::update_fields().with_strips(track.strips.drain(..));
-                stream.columns(&track.path, &self.trail_times, strips.columns_of_unit_batches());
-            }
-            self.trail_times.clear();
         }
     }
 }

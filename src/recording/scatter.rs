@@ -91,9 +91,9 @@ impl Bounds {
         let mut bounds = Bounds { least: [0.0; 2], greatest: [0.0; 2] };
         for cluster in clusters {
             for point in cluster.errors.iter().chain([&cluster.centre_of_gravity]).map(millimetres) {
-                for axis in 0..2 {
-                    bounds.least[axis] = bounds.least[axis].min(point[axis]);
-                    bounds.greatest[axis] = bounds.greatest[axis].max(point[axis]);
+                for (axis, value) in point.into_iter().enumerate() {
+                    bounds.least[axis] = bounds.least[axis].min(value);
+                    bounds.greatest[axis] = bounds.greatest[axis].max(value);
                 }
             }
         }

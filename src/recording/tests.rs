@@ -1,5 +1,7 @@
 //! Recordings read back with the SDK's own reader.
 
+#![allow(clippy::unwrap_used)] // A test that fails may panic.
+
 use super::stream::TIMELINE;
 use super::*;
 use crate::dataset::Rotation;
@@ -19,6 +21,8 @@ const SNAPSHOTS: usize = 101;
 /// Rows of each entity and the timelines of all, and whether the first data are a blueprint's.
 struct Contents {
     rows: BTreeMap<String, usize>,
+    /// Entities in the order of their messages.
+    order: Vec<String>,
     timelines: BTreeSet<String>,
     series_names: Vec<String>,
     blueprint_first: bool,
@@ -27,6 +31,7 @@ struct Contents {
 fn read(path: &FilePath) -> Contents {
     let mut contents = Contents {
         rows: BTreeMap::new(),
+        order: Vec::new(),
         timelines: BTreeSet::new(),
         series_names: Vec::new(),
         blueprint_first: false,
@@ -41,6 +46,7 @@ fn read(path: &FilePath) -> Contents {
             continue;
         }
         let chunk = Chunk::from_arrow_msg(&message).unwrap();
+        contents.order.push(chunk.entity_path().to_string());
         *contents.rows.entry(chunk.entity_path().to_string()).or_default() += chunk.num_rows();
         contents.timelines.extend(chunk.timelines().keys().map(|name| name.to_string()));
         for names in chunk.iter_slices::<String>(rerun::SeriesLines::descriptor_names().component) {
@@ -188,6 +194,11 @@ fn what_was_logged_is_in_the_file_before_the_end() {
     let recording = Recording::create(&path, &outline(&label()), &scene).unwrap();
     drive(robot, &mut recording.run(&label(), Detail::Full));
     recording.flush().unwrap();
+    // What does not change comes first, or a recording that breaks off shows nothing.
+    let contents = read(&path);
+    let position = |entity: &str| contents.order.iter().position(|other| other == entity).unwrap();
+    assert!(position("/floor/plane") < position("/before/square_2m_ccw/run_1/chassis/shape"));
+    assert!(position("/before/square_2m_ccw/run_1/chassis/shape") < position("/before/square_2m_ccw/run_1/chassis"));
     // As a killed process leaves it: no footer.
     let so_far = folder.path().join("killed.rrd");
     std::fs::copy(&path, &so_far).unwrap();
