@@ -13,7 +13,6 @@ const SHOWN: [&str; 2] = ["umbmark", "maximum_likelihood"];
 /// Records an experiment: the longest square counter-clockwise in full, before and after; the paths of the others.
 pub(super) struct ExperimentRecorder {
     recording: Recording,
-    scene: Scene,
     stages: Vec<String>,
     featured: Vec<RunLabel>,
 }
@@ -29,12 +28,13 @@ impl ExperimentRecorder {
             .collect();
         let outline = Outline {
             title: format!("{} on {}", scene.robot.name, scene.floor.name),
+            stages: stages.clone(),
             featured: featured.clone(),
             area: Area::of(&plan.squares()),
             sides: plan.sides.clone(),
         };
-        let recording = Recording::create(file, &outline, &scene.floor)?;
-        Ok(ExperimentRecorder { recording, scene: scene.clone(), stages, featured })
+        let recording = Recording::create(file, &outline, scene)?;
+        Ok(ExperimentRecorder { recording, stages, featured })
     }
 
     /// The recorder of a run, if its stage is shown.
@@ -44,7 +44,7 @@ impl ExperimentRecorder {
         }
         let label = RunLabel::of(run.stage, &run.task.protocol, run.repeat);
         let detail = if self.featured.contains(&label) { Detail::Full } else { Detail::Path };
-        Some(Box::new(self.recording.run(&label, &self.scene.robot, detail)))
+        Some(Box::new(self.recording.run(&label, detail)))
     }
 
     /// End points and the table, then the end of the file.
@@ -82,11 +82,12 @@ pub(super) fn drive(
     let label = RunLabel::of("drive", protocol, 1);
     let outline = Outline {
         title: format!("{} on {}", scene.robot.name, scene.floor.name),
+        stages: vec![label.stage.clone()],
         featured: vec![label.clone()],
         area: Area::of([protocol]),
         sides: Vec::new(),
     };
-    let recording = Recording::create(file, &outline, &scene.floor)?;
-    let recorder = recording.run(&label, &scene.robot, Detail::Full);
+    let recording = Recording::create(file, &outline, scene)?;
+    let recorder = recording.run(&label, Detail::Full);
     Ok((recording, Box::new(recorder)))
 }

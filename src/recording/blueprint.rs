@@ -5,15 +5,17 @@
 
 use super::look::PAPER;
 use super::stream::TIMELINE;
-use super::{APPLICATION, Outline, RunLabel, scatter};
+use super::{APPLICATION, Outline, RunLabel, run, scatter};
+use crate::scene::Robot;
+use rerun::datatypes::{TimeRange, TimeRangeBoundary};
 use rerun::external::re_log_types::{BlueprintActivationCommand, LogMsg};
 use rerun::external::re_sdk_types::blueprint::archetypes::{
     Background, ContainerBlueprint, EyeControls3D, LineGrid3D, PanelBlueprint, PlotLegend, TimeAxis,
     TimePanelBlueprint, ViewBlueprint, ViewContents, ViewportBlueprint,
 };
 use rerun::external::re_sdk_types::blueprint::components::{
-    AutoLayout, AutoViews, BackgroundKind, ColumnShare, ContainerKind, Corner2D, Eye3DKind, IncludedContent, LinkAxis,
-    LoopMode, PanelState, PlayState, PlaybackSpeed, QueryExpression, RootContainer, RowShare, TimelineName, ViewClass,
+    AutoLayout, AutoViews, BackgroundKind, ColumnShare, ContainerKind, Corner2D, Eye3DKind, IncludedContent, LoopMode,
+    PanelState, PlayState, PlaybackSpeed, QueryExpression, RootContainer, RowShare, TimelineName, ViewClass,
 };
 use rerun::external::uuid::Uuid;
 use rerun::{
@@ -72,11 +74,11 @@ fn split(kind: ContainerKind, panes: Vec<(f32, Pane)>) -> Pane {
 }
 
 /// The blueprint of `outline` as messages, ready for the head of a file.
-pub(super) fn messages(outline: &Outline) -> RecordingStreamResult<Vec<LogMsg>> {
+pub(super) fn messages(outline: &Outline, robot: &Robot) -> RecordingStreamResult<Vec<LogMsg>> {
     let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).blueprint().memory()?;
     stream.set_time_sequence("blueprint", 0);
     let mut writer = Writer { stream, ids: 0 };
-    let (_, root) = writer.pane(&layout(outline))?;
+    let (_, root) = writer.pane(&layout(outline, robot))?;
     let viewport = ViewportBlueprint::new()
         .with_root_container(RootContainer(root.into()))
         .with_auto_layout(AutoLayout(false.into()))
@@ -103,11 +105,12 @@ pub(super) fn messages(outline: &Outline) -> RecordingStreamResult<Vec<LogMsg>> 
     Ok(messages)
 }
 
-fn layout(outline: &Outline) -> Pane {
+fn layout(outline: &Outline, robot: &Robot) -> Pane {
     let text = View::new("TextDocument", "Result", "/result");
+    let legend = View::new("TextDocument", "How to read this", "/how_to_read");
     // A single drive has room for both.
     let eyes: &[Eye] = if outline.sides.is_empty() { &[BESIDE, BELOW] } else { &[BELOW] };
-    let mut below: Vec<_> = eyes.iter().map(|eye| (1.0, close_up(outline, eye))).collect();
+    let mut below: Vec<_> = eyes.iter().map(|eye| (1.0, close_up(outline, robot, eye))).collect();
     below.extend(outline.sides.iter().map(|&side| {
         let name = format!("End points of {side} m squares");
         (1.0, View::new("2D", name, &scatter::path(side).escaped()).on_paper().into())
@@ -115,8 +118,9 @@ fn layout(outline: &Outline) -> Pane {
     let left =
         split(ContainerKind::Vertical, vec![(1.5, overview(outline)), (1.0, split(ContainerKind::Horizontal, below))]);
     // An experiment's tables are longer than a drive's.
-    let words = if outline.sides.is_empty() { 0.55 } else { 1.0 };
-    let right = split(ContainerKind::Vertical, vec![(words, text.into()), (1.0, plots(outline))]);
+    let share = if outline.sides.is_empty() { 0.36 } else { 0.65 };
+    let right =
+        split(ContainerKind::Vertical, vec![(share, text.into()), (0.24, legend.into()), (1.0, plots(outline))]);
     split(ContainerKind::Horizontal, vec![(1.2, left), (1.0, right)])
 }
 
@@ -131,7 +135,12 @@ fn overview(outline: &Outline) -> Pane {
     // A little nearer than the middle, which the eye sees above its own.
     let centre = [centre[0] - 0.06 * size[0], centre[1]];
     let eye = [centre[0] - distance * cos, centre[1], distance * sin];
-    let mut contents = vec!["+ /**".to_owned(), "- /end_points/**".to_owned(), "- /result/**".to_owned()];
+    let mut contents = vec![
+        "+ /**".to_owned(),
+        "- /end_points/**".to_owned(),
+        "- /result/**".to_owned(),
+        "- /how_to_read/**".to_owned(),
+    ];
     contents.extend(outline.featured.iter().map(|run| format!("- {}/**", run.path().child("series").escaped())));
     View::new("3D", outline.title.clone(), "/")
         .contents(contents)
@@ -147,28 +156,26 @@ fn overview(outline: &Outline) -> Pane {
         .into()
 }
 
-/// Where an eye stands that is fixed to the chassis, and which way is up for it \[m\].
+/// Where an eye stands that is fixed to the chassis, in radii of the robot, and which way is up for it.
 struct Eye {
     name: &'static str,
-    position: [f32; 3],
+    position: [f64; 3],
     up: [f32; 3],
     /// Hides the floor itself, as if it were of glass.
     glass: bool,
 }
 
-const BESIDE: Eye = Eye { name: "The robot", position: [-0.55, -0.75, 0.62], up: [0.0, 0.0, 1.0], glass: false };
-const BELOW: Eye = Eye {
-    name: "Its tyres, through a floor of glass",
-    position: [-0.30, 0.0, -0.95],
-    up: [1.0, 0.0, 0.0],
-    glass: true,
-};
+const BESIDE: Eye = Eye { name: "The robot", position: [-1.5, -2.1, 1.7], up: [0.0, 0.0, 1.0], glass: false };
+const BELOW: Eye =
+    Eye { name: "Its tyres, through a floor of glass", position: [-0.8, 0.0, -2.6], up: [1.0, 0.0, 0.0], glass: true };
 
 /// The first featured robot and its patches.
-fn close_up(outline: &Outline, eye: &Eye) -> Pane {
+fn close_up(outline: &Outline, robot: &Robot, eye: &Eye) -> Pane {
+    let (_, half) = run::bounds(robot);
+    let place = eye.position.map(|radii| (radii * half.norm()) as f32);
     let mut contents = vec!["+ /floor/**".to_owned()];
     if eye.glass {
-        contents.extend(["- /floor/plane".to_owned(), "- /floor/grip".to_owned()]);
+        contents.extend(["plane", "grip", "obstacles"].map(|what| format!("- /floor/{what}")));
     }
     let mut origin = "/".to_owned();
     if let Some(run) = outline.featured.first() {
@@ -179,8 +186,8 @@ fn close_up(outline: &Outline, eye: &Eye) -> Pane {
     }
     let controls = EyeControls3D::new()
         .with_kind(Eye3DKind::Orbital)
-        .with_position(eye.position)
-        .with_look_target([0.0, 0.0, -0.05])
+        .with_position(place)
+        .with_look_target([0.0, 0.0, -0.15 * half.norm() as f32])
         .with_eye_up(eye.up);
     View::new("3D", eye.name, &origin)
         .contents(contents)
@@ -200,13 +207,16 @@ fn plots(outline: &Outline) -> Pane {
         let path = |run: &RunLabel| format!("+ {}", run.path().child("series").child(name).escaped());
         outline.featured.iter().map(path).collect()
     };
+    let beside = (outline.featured.len() > 1).then_some(Corner2D::LeftTop);
     let plot = |name: &str, contents: Vec<String>, legend: Option<Corner2D>| -> (f32, Pane) {
         let legend = match legend {
             Some(corner) => PlotLegend::new().with_corner(corner),
             None => PlotLegend::new().with_visible(false),
         };
+        // Left to itself the viewer shows a window of half a minute about the cursor.
+        let whole = TimeRange { start: TimeRangeBoundary::Infinite, end: TimeRangeBoundary::Infinite };
         let view = View::new("TimeSeries", name, "/").contents(contents);
-        (1.0, view.with(&legend).with(&TimeAxis::new().with_link(LinkAxis::LinkToGlobal)).into())
+        (1.0, view.with(&legend).with(&TimeAxis::new().with_view_range(whole)).into())
     };
     let mut speeds = of_first("wheel_speed_commanded_rad_s");
     speeds.extend(of_first("wheel_speed_rad_s"));
@@ -217,12 +227,12 @@ fn plots(outline: &Outline) -> Pane {
             column(vec![
                 plot("Wheel speed [rad/s]", speeds, None),
                 plot("Slip across the tyre [m/s]", of_first("slip_across_m_s"), None),
-                plot("Heading error [mrad]", of_all("heading_error_mrad"), Some(Corner2D::LeftTop)),
+                plot("Heading error [mrad]", of_all("heading_error_mrad"), beside),
             ]),
             column(vec![
                 plot("Encoders [ticks]", of_first("ticks"), Some(Corner2D::RightBottom)),
                 plot("Force across the tyre [N]", of_first("force_across_n"), None),
-                plot("Position error [mm]", of_all("position_error_mm"), Some(Corner2D::LeftTop)),
+                plot("Position error [mm]", of_all("position_error_mm"), beside),
             ]),
         ],
     )

@@ -7,6 +7,7 @@
 use super::error::RecordingError;
 use rerun::external::re_log_encoding::{EncodeError, Encoder, EncodingOptions};
 use rerun::external::re_log_types::LogMsg;
+use rerun::log::ChunkBatcherConfig;
 use rerun::sink::{LogSink, SinkFlushError};
 use std::error::Error;
 use std::fs::{File, OpenOptions};
@@ -99,6 +100,11 @@ impl LogSink for Disk {
         {
             state.failure = Some(reason(error));
         }
+    }
+
+    /// Rows, which are only logged for what does not change, go out at once: a recording that breaks off needs them first.
+    fn default_batcher_config(&self) -> ChunkBatcherConfig {
+        ChunkBatcherConfig { flush_num_rows: 1, ..ChunkBatcherConfig::DEFAULT }
     }
 
     fn flush_blocking(&self, _timeout: Duration) -> Result<(), SinkFlushError> {

@@ -1,10 +1,10 @@
 //! What recordings look like: every colour, width, scale and word of theirs.
 //!
 //! Colours are those of Okabe and Ito, which colour-blind readers can tell apart. Hue says which way round a square was
-//! driven, strength says before or after calibration, and a dashed dark line is what the robot believes. Wheels have
+//! driven, strength says at which stage (pale before calibration, strong after it, dark after another one), and a dashed dark line is what the robot believes. Wheels have
 //! hues of their own: left green, right purple, the front ones strong.
 
-use super::RunLabel;
+use super::Outline;
 use crate::scene::{Robot, Side, Wheel};
 use rerun::{Color, Radius};
 
@@ -24,6 +24,7 @@ pub(super) const PURPLE: Rgb = Rgb(0xCC, 0x79, 0xA7);
 pub(super) const BELIEF: Rgb = Rgb(0x45, 0x4B, 0x54);
 
 pub(super) const WHITE: Rgb = Rgb(0xFF, 0xFF, 0xFF);
+const BLACK: Rgb = Rgb(0x00, 0x00, 0x00);
 /// Behind everything.
 pub(super) const PAPER: Rgb = Rgb(0xF3, 0xF4, 0xF2);
 pub(super) const FLOOR: Rgb = Rgb(0xE6, 0xE8, 0xE4);
@@ -48,8 +49,9 @@ pub(super) const TRACTION_SCALE: f64 = 1.5e-6;
 /// Length of a force arrow \[m/N\]: 50 N is drawn 0.2 m long.
 pub(super) const FORCE_SCALE: f64 = 4e-3;
 
-/// How much of a colour stays before calibration \[–\].
-const BEFORE: f64 = 0.45;
+/// How much of a colour stays before calibration, and after a second one \[–\].
+const PALE: f64 = 0.45;
+const DARK: f64 = 0.6;
 
 impl Rgb {
     /// Part of the way from `other` to this.
@@ -89,19 +91,33 @@ pub(super) fn of_direction(direction: &str) -> Rgb {
     }
 }
 
-/// The colour of a run, on paper.
-pub(super) fn of_run(label: &RunLabel) -> Rgb {
-    in_stage(of_direction(&label.direction), &label.stage)
+/// When a stage comes: 0 for the first one, which is drawn as the uncalibrated one where there are others.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) struct Stage {
+    pub index: usize,
+    /// How many there are.
+    pub of: usize,
 }
 
-/// A colour as it is before or after calibration.
-pub(super) fn in_stage(colour: Rgb, stage: &str) -> Rgb {
-    if is_before(stage) { colour.over(WHITE, BEFORE) } else { colour }
-}
+impl Stage {
+    /// Before calibration, beside others that are after it.
+    pub(super) fn is_before(self) -> bool {
+        self.of > 1 && self.index == 0
+    }
 
-/// Whether a stage is the uncalibrated one.
-pub(super) fn is_before(stage: &str) -> bool {
-    stage.starts_with("before")
+    /// A colour as it is at this stage, on paper.
+    pub(super) fn tone(self, colour: Rgb) -> Rgb {
+        match self.index {
+            _ if self.is_before() => colour.over(WHITE, PALE),
+            0 | 1 => colour,
+            _ => colour.over(BLACK, DARK),
+        }
+    }
+
+    /// A colour as it is at this stage, in plots, which the viewer may have on black.
+    pub(super) fn tone_of_line(self, colour: Rgb) -> Rgb {
+        if self.is_before() { colour.over(WHITE, PALE) } else { colour }
+    }
 }
 
 /// A name for readers: `after_umbmark_2m` → `after umbmark 2m`.
@@ -118,17 +134,26 @@ pub(super) fn of_wheels(robot: &Robot) -> Vec<(Rgb, f32)> {
         let further_back = mates().filter(|mate| forward(mate) > forward(wheel)).count() as f64;
         let strength = 1.0 - 0.6 * further_back / mates().count().max(2) as f64;
         match wheel.side {
-            Side::Left => (GREEN.over(WHITE, strength), 4.0),
+            Side::Left => (GREEN.over(WHITE, strength), 3.5),
             Side::Right => (PURPLE.over(WHITE, strength), 1.5),
         }
     };
     robot.wheels.iter().map(style).collect()
 }
 
-/// Put under every table: what the eye meets, and in which colours and scales.
-pub(super) const HOW_TO_READ: &str = "\
-**How to read this.** Vermillion is counter-clockwise, blue is clockwise; pale is before calibration, strong is after. \
-The dashed dark line is where the robot believes it drove, and the wire frame where it believes it is; what lies between \
-these and the solid line is the odometry's error. Through the floor of glass, front upwards, one sees what the floor does \
-to the tyres: magenta the traction of each piece of rubber (60 mm for 40 kPa), black the whole force on a wheel (0.1 m for \
-25 N). Series of wheels are green on the left, purple on the right, pale at the rear. Space stops the time.";
+/// What the eye meets, and in which colours and scales.
+pub(super) fn how_to_read(outline: &Outline) -> String {
+    let mut stages = String::new();
+    for (index, stage) in outline.stages.iter().enumerate().filter(|_| outline.stages.len() > 1) {
+        let strength = ["pale", "strong", "dark"][index.min(2)];
+        let gap = if index == 0 { "; " } else { ", " };
+        stages.push_str(&format!("{gap}{strength} {}", words(stage)));
+    }
+    format!(
+        "Vermillion is counter-clockwise, blue is clockwise{stages}. The dashed dark line is where \
+         the robot believes it drove, and the wire frame where it believes it is; what lies between these and the solid \
+         line is the odometry's error. Through the floor of glass, front upwards, one sees what the floor does to the tyres: \
+         magenta the traction of each piece of rubber (60 mm for 40 kPa), black the whole force on a wheel (0.1 m for 25 N). \
+         Series of wheels are green on the left, purple on the right, pale at the rear. Space stops the time."
+    )
+}

@@ -15,11 +15,13 @@
 //!
 //! | below it | what | rate |
 //! |---|---|---|
-//! | `chassis`, `wheels/{wheel}` | room_from_body, with a `shape` below | 50 Hz |
-//! | `believed` | where the robot believes it is, with a wire `frame` below | 50 Hz |
+//! | `chassis`, `wheels/{wheel}` | room_from_body, with a `shape` below | 25 Hz |
+//! | `believed` | where the robot believes it is, with a wire `frame` below | 25 Hz |
 //! | `path/true_so_far`, `path/dead_reckoned_so_far` | growing paths \[m\] | 5 Hz |
+//! | `patches/{wheel}` | room_from_patch, x along, y across | 10 Hz |
 //! | `patches/{wheel}/tractions` | shear traction of each bristle cell, 60 mm for 40 kPa | 10 Hz |
-//! | `patches/{wheel}/outline`, `patches/{wheel}/force` | contact patch; force on the wheel, 0.2 m for 50 N | 10 Hz |
+//! | `patches/{wheel}/force` | force on the wheel, 0.2 m for 50 N | 10 Hz |
+//! | `patches/{wheel}/outline` | contact patch \[m\] | where it changes by 5 % |
 //! | `series/wheel_speed_rad_s`, `series/wheel_speed_commanded_rad_s`, `series/ticks` | an instance a wheel | 50 Hz |
 //! | `series/slip_along_m_s`, `series/slip_across_m_s` | an instance a wheel | 50 Hz |
 //! | `series/load_n`, `series/force_along_n`, `series/force_across_n` | an instance a wheel | 50 Hz |
@@ -27,7 +29,8 @@
 //! | `series/position_error_mm` | distance of dead-reckoned and true position | 50 Hz |
 //!
 //! `/floor` holds the room, `/end_points/square_{side}m/{stage}/{direction}` the end points \[mm, y counted downwards as
-//! the viewer's screen does\], `/result` the text. Where the floor slopes, a transform at `/floor` and at each run turns the
+//! the viewer's screen does\], `/result` and `/how_to_read` the
+//! texts. Where the floor slopes, a transform at `/floor` and at each run turns the
 //! room frame, whose z is the floor's normal, upright.
 //!
 //! # When things go wrong
@@ -53,7 +56,7 @@ pub use run::RunRecorder;
 pub use scatter::EndPoints;
 
 use crate::dataset::Protocol;
-use crate::scene::{Floor, Robot};
+use crate::scene::{Robot, Scene};
 use disk::Disk;
 use nalgebra::{UnitQuaternion, Vector3};
 use rerun::sink::LogSink;
@@ -67,6 +70,8 @@ const APPLICATION: &str = "treadmark";
 /// A recording that is being written. Runs may be recorded from several threads at once.
 pub struct Recording {
     stream: Stream,
+    robot: Robot,
+    stages: Vec<String>,
     /// Robots wear their run's colour, since there are several.
     tint: bool,
 }
@@ -76,6 +81,8 @@ pub struct Recording {
 pub struct Outline {
     /// Of the recording and of its main view.
     pub title: String,
+    /// Stages, in their order; where there are several, the first one is the uncalibrated one.
+    pub stages: Vec<String>,
     /// Runs that are recorded in full. The first one is shown closely, and its series are plotted.
     pub featured: Vec<RunLabel>,
     /// Where the robot is going to drive.
@@ -116,20 +123,20 @@ pub enum Detail {
 }
 
 impl Recording {
-    /// Opens a new recording at `path`, with the viewer's layout and the floor in it.
+    /// Opens a new recording at `path`, with the viewer's layout and the scene's floor in it.
     ///
     /// # Errors
     /// The file exists, or cannot be made or written.
-    pub fn create(path: &FilePath, outline: &Outline, floor: &Floor) -> Result<Recording, RecordingError> {
+    pub fn create(path: &FilePath, outline: &Outline, scene: &Scene) -> Result<Recording, RecordingError> {
         let disk = Disk::create(path)?;
-        Recording::to(disk, outline, floor).inspect_err(|_| {
+        Recording::to(disk, outline, scene).inspect_err(|_| {
             // Nothing that one could look at; the error that comes back is the one to tell.
             let _ = std::fs::remove_file(path);
         })
     }
 
-    fn to(disk: Disk, outline: &Outline, floor: &Floor) -> Result<Recording, RecordingError> {
-        match blueprint::messages(outline) {
+    fn to(disk: Disk, outline: &Outline, scene: &Scene) -> Result<Recording, RecordingError> {
+        match blueprint::messages(outline, &scene.robot) {
             Ok(messages) => disk.send_all(messages),
             Err(error) => disk.note(error),
         }
@@ -140,33 +147,45 @@ impl Recording {
             RecordingStream::disabled()
         });
         stream.set_sink(Box::new(disk.clone()));
-        let upright = UnitQuaternion::rotation_between(&floor.gravity(), &-Vector3::z());
+        let upright = UnitQuaternion::rotation_between(&scene.floor.gravity(), &-Vector3::z());
         let tilt = upright.filter(|upright| upright.angle() > 1e-9);
         let stream = Stream { to_disk: stream, disk, tilt };
         stream.fixed(Path::of([]), &ViewCoordinates::RIGHT_HAND_Z_UP());
-        floor::draw(&stream, floor, &outline.area);
-        let recording = Recording { stream, tint: outline.featured.len() > 1 };
-        recording.result("");
+        floor::draw(&stream, &scene.floor, &outline.area);
+        let recording = Recording {
+            stream,
+            robot: scene.robot.clone(),
+            stages: outline.stages.clone(),
+            tint: outline.featured.len() > 1,
+        };
+        let how_to_read = TextDocument::from_markdown(look::how_to_read(outline));
+        recording.stream.fixed(Path::of(["how_to_read"]), &how_to_read);
+        recording.result("*The result comes at the end.*");
         recording.check()?;
         Ok(recording)
     }
 
     /// Records a run; give the recorder to [`drive::run`](crate::drive::run) and drop it when the run has ended.
-    pub fn run(&self, label: &RunLabel, robot: &Robot, detail: Detail) -> RunRecorder {
-        RunRecorder::new(self.stream.clone(), label, robot, detail, self.tint)
+    pub fn run(&self, label: &RunLabel, detail: Detail) -> RunRecorder {
+        RunRecorder::new(self, label, detail)
+    }
+
+    /// When the stage of that name comes; last, where the outline does not have it.
+    fn stage(&self, name: &str) -> look::Stage {
+        let index = self.stages.iter().position(|stage| stage == name).unwrap_or(self.stages.len());
+        look::Stage { index, of: self.stages.len() }
     }
 
     /// Plots the end points of the squares of one side \[m\], in place of an earlier plot of it.
     ///
     /// Clusters of the first stage are lettered where they are, those of later ones beside the origin.
     pub fn end_points(&self, side: f64, clusters: &[EndPoints]) {
-        scatter::draw(&self.stream, side, clusters);
+        scatter::draw(&self.stream, side, clusters, |stage| self.stage(stage));
     }
 
-    /// Shows `markdown` in the text panel, with an explanation of the view below it. The last one stays.
+    /// Shows `markdown` in the text panel, which has room for about a dozen lines. The last one stays.
     pub fn result(&self, markdown: &str) {
-        let text = format!("{markdown}\n\n{}\n", look::HOW_TO_READ);
-        self.stream.fixed(Path::of(["result"]), &TextDocument::from_markdown(text));
+        self.stream.fixed(Path::of(["result"]), &TextDocument::from_markdown(markdown));
     }
 
     /// Whether all that was logged has been written so far.
@@ -247,9 +266,9 @@ impl Area {
     }
 
     fn include(&mut self, point: [f64; 2]) {
-        for axis in 0..2 {
-            self.min[axis] = self.min[axis].min(point[axis]);
-            self.max[axis] = self.max[axis].max(point[axis]);
+        for (axis, value) in point.into_iter().enumerate() {
+            self.min[axis] = self.min[axis].min(value);
+            self.max[axis] = self.max[axis].max(value);
         }
     }
 }

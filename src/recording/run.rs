@@ -1,22 +1,27 @@
 //! One run, as it goes.
 
-use super::look::{self, BELIEF, FORCE, FORCE_SCALE, Rgb, TRACTION, TRACTION_SCALE, TYRE, WHITE};
+use super::look::{self, BELIEF, FORCE, FORCE_SCALE, Rgb, Stage, TRACTION, TRACTION_SCALE, TYRE, WHITE};
 use super::mesh::{Mesh, f32s};
 use super::stream::{Path, Stream, xyzw};
-use super::{Detail, RunLabel};
-use crate::drive::{CELLS_ACROSS, CELLS_ALONG, Observer, PatchSnapshot, SNAPSHOT_RATE, Snapshot, WheelSnapshot};
+use super::{Detail, Recording, RunLabel};
+use crate::drive::{CELLS_ACROSS, CELLS_ALONG, Observer, SNAPSHOT_RATE, Snapshot, WheelSnapshot};
 use crate::geometry::Pose2;
 use crate::scene::{Body, Placement, Robot, Shape};
 use nalgebra::{Point3, Translation3, UnitQuaternion, Vector3};
 use rerun::{Arrows3D, Boxes3D, FillMode, LineStrip3D, LineStrips3D, Points3D, Scalars, SeriesLines, Transform3D};
 use std::time::{Duration, Instant};
 
+/// Rate of the poses of bodies \[Hz\].
+const BODY_RATE: f64 = 25.0;
 /// Rate of tractions and forces as arrows \[Hz\].
 const PATCH_RATE: f64 = 10.0;
+/// The size of a patch is logged when it has changed by this share \[–\].
+const PATCH_CHANGE: f64 = 0.05;
 /// Rate at which paths grow \[Hz\].
 const TRAIL_RATE: f64 = 5.0;
-/// Rows are sent together: this many, or those of this much wall time.
-const BATCH_ROWS: usize = 1000;
+/// Rows are sent together, those of this much wall time. A viewer opens few large batches faster than many small ones, so
+/// their number is limited only to bound memory.
+const BATCH_ROWS: usize = 3_000;
 const BATCH_TIME: Duration = Duration::from_secs(1);
 /// Paths float above the floor \[m\], so that they do not fight with it: in order, all runs', featured ones, growing ones.
 const LIFT: [f64; 3] = [3e-3, 5e-3, 8e-3];
@@ -44,18 +49,18 @@ struct Style {
 }
 
 impl RunRecorder {
-    pub(super) fn new(stream: Stream, label: &RunLabel, robot: &Robot, detail: Detail, tint: bool) -> RunRecorder {
+    pub(super) fn new(recording: &Recording, label: &RunLabel, detail: Detail) -> RunRecorder {
+        let stream = recording.stream.clone();
         let root = label.path();
         stream.tilt(&root);
-        let colour = look::of_run(label);
+        let stage = recording.stage(&label.stage);
+        let colour = stage.tone(look::of_direction(&label.direction));
         let full = (detail == Detail::Full).then(|| {
+            let robot = &recording.robot;
             let full = Full::new(&root, robot);
-            full.dress(&stream, &root, label, robot, tint.then_some(colour));
-            // Columns go past rerun's batches of rows: what the robot looks like must not wait in one of them, or the
-            // recording of a process that is killed early shows forces on nothing.
-            if let Err(error) = stream.to_disk.flush_async() {
-                stream.disk.note(error);
-            }
+            full.dress(&stream, &root, robot, recording.tint.then_some(colour));
+            full.name(&stream, robot, label, stage);
+            full.draw_trails(&stream, colour);
             Box::new(full)
         });
         let style = match detail {
@@ -177,6 +182,7 @@ impl Trail {
 struct Full {
     /// Of the rows since the last batch \[ns\].
     times: Vec<i64>,
+    body_times: Vec<i64>,
     patch_times: Vec<i64>,
     trail_times: Vec<i64>,
     /// Chassis, belief, then the wheels.
@@ -210,16 +216,21 @@ struct WheelSeries {
     of: fn(&WheelSnapshot) -> f64,
 }
 
+/// A patch in its own frame: x along, y across.
 struct PatchTrack {
+    frame: BodyTrack,
     tractions: Path,
     outline: Path,
     force: Path,
-    origins: Vec<[f32; 3]>,
     vectors: Vec<[f32; 3]>,
-    counts: Vec<usize>,
-    outlines: Vec<LineStrip3D>,
-    force_origins: Vec<[f32; 3]>,
+    vector_counts: Vec<usize>,
     forces: Vec<[f32; 3]>,
+    force_counts: Vec<usize>,
+    /// Half length and width as last logged \[m\].
+    size: [f64; 2],
+    size_times: Vec<i64>,
+    origins: Vec<[f32; 3]>,
+    outlines: Vec<LineStrip3D>,
 }
 
 struct TrailTrack {
@@ -253,17 +264,21 @@ impl Full {
                 tractions: patch.child("tractions"),
                 outline: patch.child("outline"),
                 force: patch.child("force"),
-                origins: Vec::new(),
+                frame: track(patch),
                 vectors: Vec::new(),
-                counts: Vec::new(),
-                outlines: Vec::new(),
-                force_origins: Vec::new(),
+                vector_counts: Vec::new(),
                 forces: Vec::new(),
+                force_counts: Vec::new(),
+                size: [0.0; 2],
+                size_times: Vec::new(),
+                origins: Vec::new(),
+                outlines: Vec::new(),
             }
         });
         let trail = |name: &str| TrailTrack { path: root.child("path").child(name), strips: Vec::new() };
         Full {
             times: Vec::new(),
+            body_times: Vec::new(),
             patch_times: Vec::new(),
             trail_times: Vec::new(),
             bodies: [track(root.child("chassis")), track(root.child("believed"))].into_iter().chain(wheels).collect(),
@@ -282,8 +297,8 @@ impl Full {
         }
     }
 
-    /// Logs what does not change: shapes, names, colours.
-    fn dress(&self, stream: &Stream, root: &Path, label: &RunLabel, robot: &Robot, tint: Option<Rgb>) {
+    /// Logs shapes, which do not change.
+    fn dress(&self, stream: &Stream, root: &Path, robot: &Robot, tint: Option<Rgb>) {
         let own = |colour: Option<[f64; 4]>, otherwise: Rgb| colour.map_or(otherwise, Rgb::from_urdf);
         let mut chassis = Mesh::default();
         for (index, visual) in robot.chassis.visuals.iter().enumerate() {
@@ -328,11 +343,17 @@ impl Full {
             let style = Arrows3D::update_fields().with_radii([look::metres(0.012)]).with_colors([FORCE]);
             stream.fixed(patch.force.clone(), &style);
         }
-        for (trail, (colour, width)) in self.trails.iter().zip([(look::of_run(label), 4.0), (BELIEF, 2.0)]) {
+    }
+
+    fn draw_trails(&self, stream: &Stream, colour: Rgb) {
+        for (trail, (colour, width)) in self.trails.iter().zip([(colour, 4.0), (BELIEF, 2.0)]) {
             let style = LineStrips3D::update_fields().with_radii([look::points(width)]).with_colors([colour]);
             stream.fixed(trail.path.clone(), &style);
         }
+    }
 
+    /// Logs names and colours of series.
+    fn name(&self, stream: &Stream, robot: &Robot, label: &RunLabel, stage: Stage) {
         let styles = look::of_wheels(robot);
         for series in &self.wheel_series {
             let commanded = series.name == "commanded";
@@ -350,7 +371,7 @@ impl Full {
         for (series, unit) in [(&self.heading_error, "mrad"), (&self.position_error, "mm")] {
             let lines = SeriesLines::new()
                 .with_names([format!("{} [{unit}]", label.words())])
-                .with_colors([look::of_run(label)])
+                .with_colors([stage.tone_of_line(look::of_direction(&label.direction))])
                 .with_widths([2.0]);
             stream.fixed(series.path.clone(), &lines);
         }
@@ -359,24 +380,26 @@ impl Full {
     fn observe(&mut self, snapshot: &Snapshot<'_>, believed: Pose2, standing: f64, trails: [&Trail; 2]) {
         let time = (1e9 * snapshot.time).round() as i64;
         self.times.push(time);
-        let upright = UnitQuaternion::from_euler_angles(0.0, 0.0, believed.heading);
-        let believed = Placement::from_parts(Translation3::new(believed.x, believed.y, standing), upright);
-        let wheels = snapshot.wheels.iter().map(|wheel| &wheel.placement);
-        for (track, placement) in self.bodies.iter_mut().zip([&snapshot.base, &believed].into_iter().chain(wheels)) {
-            track.translations.push(f32s(&placement.translation.vector));
-            track.rotations.push(xyzw(&placement.rotation));
+        let every = |rate: f64| (SNAPSHOT_RATE / rate).round().max(1.0) as usize;
+        if self.rows.is_multiple_of(every(BODY_RATE)) {
+            self.body_times.push(time);
+            let upright = UnitQuaternion::from_euler_angles(0.0, 0.0, believed.heading);
+            let believed = Placement::from_parts(Translation3::new(believed.x, believed.y, standing), upright);
+            let wheels = snapshot.wheels.iter().map(|wheel| &wheel.placement);
+            for (track, placement) in self.bodies.iter_mut().zip([&snapshot.base, &believed].into_iter().chain(wheels))
+            {
+                track.push(placement);
+            }
         }
         for series in &mut self.wheel_series {
             series.series.values.extend(snapshot.wheels.iter().map(series.of));
         }
         self.heading_error.values.push(1e3 * (snapshot.odometry.heading - snapshot.truth.heading));
         self.position_error.values.push(1e3 * snapshot.odometry.distance(snapshot.truth));
-
-        let every = |rate: f64| (SNAPSHOT_RATE / rate).round().max(1.0) as usize;
         if self.rows.is_multiple_of(every(PATCH_RATE)) {
             self.patch_times.push(time);
             for (track, wheel) in self.patches.iter_mut().zip(snapshot.wheels) {
-                track.push(wheel);
+                track.push(time, wheel);
             }
         }
         if self.rows.is_multiple_of(every(TRAIL_RATE)) {
@@ -388,31 +411,14 @@ impl Full {
         self.rows += 1;
     }
 
-    /// Sends what has come together, and starts over with the same buffers.
+    /// Sends what has come together, and starts over with the same buffers. What shows most goes first, should the disk fill.
     fn send(&mut self, stream: &Stream) {
         self.sent = Instant::now();
-        let times = &self.times;
-        if !times.is_empty() {
+        if !self.body_times.is_empty() {
             for track in &mut self.bodies {
-                let poses = Transform3D::update_fields()
-                    .with_many_translation(track.translations.drain(..))
-                    .with_many_quaternion(track.rotations.drain(..))
-                    .columns_of_unit_batches();
-                stream.columns(&track.path, times, poses);
+                track.send(stream, &self.body_times);
             }
-            let singles = [&mut self.heading_error, &mut self.position_error];
-            for series in self.wheel_series.iter_mut().map(|series| &mut series.series).chain(singles) {
-                let width = series.values.len() / times.len();
-                let scalars = Scalars::new(series.values.drain(..));
-                stream.columns(&series.path, times, scalars.columns(times.iter().map(|_| width)));
-            }
-            self.times.clear();
-        }
-        if !self.patch_times.is_empty() {
-            for track in &mut self.patches {
-                track.send(stream, &self.patch_times);
-            }
-            self.patch_times.clear();
+            self.body_times.clear();
         }
         if !self.trail_times.is_empty() {
             for track in &mut self.trails {
@@ -421,57 +427,94 @@ impl Full {
             }
             self.trail_times.clear();
         }
+        if !self.patch_times.is_empty() {
+            for track in &mut self.patches {
+                track.send(stream, &self.patch_times);
+            }
+            self.patch_times.clear();
+        }
+        let times = &self.times;
+        if !times.is_empty() {
+            let singles = [&mut self.heading_error, &mut self.position_error];
+            for series in self.wheel_series.iter_mut().map(|series| &mut series.series).chain(singles) {
+                let width = series.values.len() / times.len();
+                let scalars = Scalars::new(series.values.drain(..));
+                stream.columns(&series.path, times, scalars.columns(times.iter().map(|_| width)));
+            }
+            self.times.clear();
+        }
+    }
+}
+
+impl BodyTrack {
+    fn push(&mut self, placement: &Placement) {
+        self.translations.push(f32s(&placement.translation.vector));
+        self.rotations.push(xyzw(&placement.rotation));
+    }
+
+    fn send(&mut self, stream: &Stream, times: &[i64]) {
+        let poses = Transform3D::update_fields()
+            .with_many_translation(self.translations.drain(..))
+            .with_many_quaternion(self.rotations.drain(..))
+            .columns_of_unit_batches();
+        stream.columns(&self.path, times, poses);
     }
 }
 
 impl PatchTrack {
-    fn push(&mut self, wheel: &WheelSnapshot) {
+    fn push(&mut self, time: i64, wheel: &WheelSnapshot) {
         let Some(patch) = &wheel.patch else {
-            self.counts.push(0);
-            self.outlines.push(LineStrip3D::from_iter([[0f32; 3]; 0]));
-            self.force_origins.push([0.0; 3]);
-            self.forces.push([0.0; 3]);
+            self.frame.push(&wheel.placement);
+            self.vector_counts.push(0);
+            self.force_counts.push(0);
+            self.resize(time, [0.0; 2]);
             return;
         };
-        let (along, across) = (Vector3::from(patch.along), Vector3::from(patch.across));
-        let vector = |x: f64, y: f64, scale: f64| f32s(&((along * x + across * y) * scale));
-        for (i, row) in patch.tractions.iter().enumerate() {
-            for (j, &[x, y]) in row.iter().enumerate() {
-                self.origins.push(patch.cell_centre(i, j).map(|value| value as f32));
-                self.vectors.push(vector(x, y, TRACTION_SCALE));
-            }
-        }
-        self.counts.push(CELLS_ALONG * CELLS_ACROSS);
-        self.outlines.push(outline(patch));
-        self.force_origins.push(patch.centre.map(|value| value as f32));
+        let axes = [patch.along, patch.across].map(Vector3::from);
+        let rotation = UnitQuaternion::from_basis_unchecked(&[axes[0], axes[1], axes[0].cross(&axes[1])]);
+        self.frame.push(&Placement::from_parts(Vector3::from(patch.centre).into(), rotation));
+        let vector = |x: f64, y: f64, scale: f64| [(x * scale) as f32, (y * scale) as f32, 0.0];
+        self.vectors.extend(patch.tractions.iter().flatten().map(|&[x, y]| vector(x, y, TRACTION_SCALE)));
+        self.vector_counts.push(CELLS_ALONG * CELLS_ACROSS);
         self.forces.push(vector(wheel.force_along, wheel.force_across, FORCE_SCALE));
+        self.force_counts.push(1);
+        self.resize(time, [patch.half_length, patch.width]);
+    }
+
+    /// Logs outline and cells where they have changed.
+    fn resize(&mut self, time: i64, size: [f64; 2]) {
+        let changed = (0..2).any(|k| (size[k] - self.size[k]).abs() > PATCH_CHANGE * self.size[k]);
+        if !changed {
+            return;
+        }
+        self.size = size;
+        self.size_times.push(time);
+        let at = |along: f64, across: f64| [(along * size[0]) as f32, (0.5 * across * size[1]) as f32, 0.0];
+        let middle = |cell: usize, cells: usize| (2 * cell + 1) as f64 / cells as f64 - 1.0;
+        for i in 0..CELLS_ALONG {
+            self.origins.extend((0..CELLS_ACROSS).map(|j| at(middle(i, CELLS_ALONG), middle(j, CELLS_ACROSS))));
+        }
+        let corners = [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)];
+        self.outlines.push(LineStrip3D::from_iter(corners.map(|(along, across)| at(along, across))));
     }
 
     fn send(&mut self, stream: &Stream, times: &[i64]) {
-        let arrows = Arrows3D::update_fields()
-            .with_origins(self.origins.drain(..))
-            .with_vectors(self.vectors.drain(..))
-            .columns(self.counts.iter().copied());
-        stream.columns(&self.tractions, times, arrows);
-        self.counts.clear();
-        let outlines = LineStrips3D::update_fields().with_strips(self.outlines.drain(..)).columns_of_unit_batches();
-        stream.columns(&self.outline, times, outlines);
-        let forces = Arrows3D::update_fields()
-            .with_origins(self.force_origins.drain(..))
-            .with_vectors(self.forces.drain(..))
-            .columns_of_unit_batches();
-        stream.columns(&self.force, times, forces);
+        self.frame.send(stream, times);
+        let tractions = Arrows3D::update_fields().with_vectors(self.vectors.drain(..));
+        stream.columns(&self.tractions, times, tractions.columns(self.vector_counts.iter().copied()));
+        self.vector_counts.clear();
+        let forces = Arrows3D::update_fields().with_vectors(self.forces.drain(..));
+        stream.columns(&self.force, times, forces.columns(self.force_counts.iter().copied()));
+        self.force_counts.clear();
+        if !self.size_times.is_empty() {
+            let cells = Arrows3D::update_fields().with_origins(self.origins.drain(..));
+            let counts = self.size_times.iter().map(|_| CELLS_ALONG * CELLS_ACROSS);
+            stream.columns(&self.tractions, &self.size_times, cells.columns(counts));
+            let outlines = LineStrips3D::update_fields().with_strips(self.outlines.drain(..));
+            stream.columns(&self.outline, &self.size_times, outlines.columns_of_unit_batches());
+            self.size_times.clear();
+        }
     }
-}
-
-fn outline(patch: &PatchSnapshot) -> LineStrip3D {
-    let corner = |along: f64, across: f64| -> [f32; 3] {
-        let (along, across) = (along * patch.half_length, 0.5 * across * patch.width);
-        std::array::from_fn(|k| (patch.centre[k] + along * patch.along[k] + across * patch.across[k]) as f32)
-    };
-    LineStrip3D::from_iter(
-        [(1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0), (1.0, 1.0)].map(|(along, across)| corner(along, across)),
-    )
 }
 
 /// The pose of a placement seen from above.
@@ -481,7 +524,7 @@ fn planar(placement: &Placement) -> Pose2 {
 }
 
 /// Centre and half size of the box around all that a robot shows, in its base frame \[m\].
-fn bounds(robot: &Robot) -> (Vector3<f64>, Vector3<f64>) {
+pub(super) fn bounds(robot: &Robot) -> (Vector3<f64>, Vector3<f64>) {
     let (mut least, mut greatest) = (Vector3::repeat(f64::INFINITY), Vector3::repeat(f64::NEG_INFINITY));
     let mut include = |centre: Point3<f64>, reach: Vector3<f64>| {
         least = least.inf(&(centre.coords - reach));

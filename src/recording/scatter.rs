@@ -1,7 +1,7 @@
 //! End points of squares, as in UMBmark's plots: x to the right, y up, in millimetres.
 
 use super::lettering;
-use super::look::{self, INK, PAPER};
+use super::look::{self, INK, PAPER, Stage};
 use super::stream::{Path, Stream};
 use crate::dataset::Rotation;
 use rerun::{LineStrip2D, LineStrips2D, Points2D};
@@ -25,29 +25,28 @@ pub(super) fn path(side: f64) -> Path {
     Path::of(["end_points", &format!("square_{side}m")])
 }
 
-/// Logs the plot of a side \[m\].
-pub(super) fn draw(stream: &Stream, side: f64, clusters: &[EndPoints]) {
+/// Logs the plot of a side \[m\]; `stage` tells when the stage of that name comes.
+pub(super) fn draw(stream: &Stream, side: f64, clusters: &[EndPoints], stage: impl Fn(&str) -> Stage) {
     let root = path(side);
     let bounds = Bounds::of(clusters);
     axes(stream, &root, &bounds);
-    let mut stages: Vec<&str> = Vec::new();
     for cluster in clusters {
-        let stage = stages.iter().position(|stage| *stage == cluster.stage).unwrap_or_else(|| {
-            stages.push(&cluster.stage);
-            stages.len() - 1
-        });
+        // Words of later stages stand on the empty side of the y axis, at the height of their way round.
+        let first = clusters.iter().find(|other| other.direction == cluster.direction).unwrap_or(cluster);
+        let aside = [bounds.empty_side(), if first.centre_of_gravity[1] < 0.0 { -1.0 } else { 1.0 }];
         let root = root.child(&cluster.stage).child(cluster.direction.as_str());
-        draw_cluster(stream, &root, cluster, stage, bounds.letters());
+        draw_cluster(stream, &root, cluster, stage(&cluster.stage), bounds.letters(), aside);
     }
 }
 
-fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: usize, size: f64) {
+fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: Stage, size: f64, aside: [f64; 2]) {
     let direction = cluster.direction.as_str();
     let points: Vec<[f64; 2]> = cluster.errors.iter().map(millimetres).collect();
     let centre = millimetres(&cluster.centre_of_gravity);
-    let hollow = look::is_before(&cluster.stage);
-    let colour = look::of_direction(direction);
-    let line = look::in_stage(colour, &cluster.stage);
+    let hollow = stage.is_before();
+    let line = stage.tone(look::of_direction(direction));
+    // Rings and words need all of a colour.
+    let colour = if hollow { look::of_direction(direction) } else { line };
 
     let place = points.iter().map(|&point| at(point));
     let discs = Points2D::new(place.clone()).with_radii([look::points(7.0)]).with_colors([colour]);
@@ -69,13 +68,12 @@ fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: usize,
         strip([[centre[0], centre[1] - arm], [centre[0], centre[1] + arm]]),
     ];
     let words = format!("{direction} {:.0} mm", centre[0].hypot(centre[1]));
-    let up = if centre[1] < 0.0 { -1.0 } else { 1.0 };
-    let (anchor, align) = if stage == 0 {
+    let (anchor, align) = if stage.index == 0 {
+        let up = if centre[1] < 0.0 { -1.0 } else { 1.0 };
         ([centre[0], centre[1] + up * 2.2 * size], 0.5)
     } else {
-        // Too near the origin for words: across the axis, a line a stage.
-        let (beside, align) = if centre[0] < 0.0 { (1.5 * size, 0.0) } else { (-1.5 * size, 1.0) };
-        ([beside, up * 1.7 * stage as f64 * size], align)
+        let up = aside[1] * 1.7 * stage.index as f64;
+        ([aside[0] * 1.5 * size, up * size], 0.5 - 0.5 * aside[0])
     };
     lines.extend(lettering::lines(&words, anchor, size, align).into_iter().map(strip));
     let lines = LineStrips2D::new(lines).with_radii([look::points(2.0)]).with_colors([colour]).with_draw_order(30.0);
@@ -93,9 +91,9 @@ impl Bounds {
         let mut bounds = Bounds { least: [0.0; 2], greatest: [0.0; 2] };
         for cluster in clusters {
             for point in cluster.errors.iter().chain([&cluster.centre_of_gravity]).map(millimetres) {
-                for axis in 0..2 {
-                    bounds.least[axis] = bounds.least[axis].min(point[axis]);
-                    bounds.greatest[axis] = bounds.greatest[axis].max(point[axis]);
+                for (axis, value) in point.into_iter().enumerate() {
+                    bounds.least[axis] = bounds.least[axis].min(value);
+                    bounds.greatest[axis] = bounds.greatest[axis].max(value);
                 }
             }
         }
@@ -105,6 +103,11 @@ impl Bounds {
     /// The longer edge.
     fn reach(&self) -> f64 {
         (0..2).map(|axis| self.greatest[axis] - self.least[axis]).fold(1.0, f64::max)
+    }
+
+    /// On which side of the y axis there is less: −1 or 1.
+    fn empty_side(&self) -> f64 {
+        if self.least[0] + self.greatest[0] < 0.0 { 1.0 } else { -1.0 }
     }
 
     /// Height of letters.
@@ -121,8 +124,7 @@ fn axes(stream: &Stream, root: &Path, bounds: &Bounds) {
     let (least, greatest) = (bounds.least.map(|value| value - margin), bounds.greatest.map(|value| value + margin));
     let mut lines = vec![strip([[least[0], 0.0], [greatest[0], 0.0]]), strip([[0.0, least[1]], [0.0, greatest[1]]])];
     // Numbers stand on the side of an axis where there are fewer points, names opposite, at the far end.
-    let mostly_negative = [0, 1].map(|axis| bounds.least[axis] + bounds.greatest[axis] < 0.0);
-    let beside_y = if mostly_negative[0] { 1.0 } else { -1.0 };
+    let beside_y = bounds.empty_side();
     for axis in 0..2 {
         let on_axis = |along: f64, beside: f64| if axis == 0 { [along, beside] } else { [beside, along] };
         for count in (least[axis] / step).ceil() as i64..=(greatest[axis] / step).floor() as i64 {
@@ -137,7 +139,7 @@ fn axes(stream: &Stream, root: &Path, bounds: &Bounds) {
             }
         }
     }
-    let x_end = if mostly_negative[0] { (least[0], 0.0) } else { (greatest[0], 1.0) };
+    let x_end = if beside_y > 0.0 { (least[0], 0.0) } else { (greatest[0], 1.0) };
     let names = [("x [mm]", [x_end.0, 1.6 * size], x_end.1)].into_iter().chain([(
         "y [mm]",
         [beside_y * 1.2 * size, greatest[1] - 0.5 * size],

@@ -1,5 +1,7 @@
 //! Recordings read back with the SDK's own reader.
 
+#![allow(clippy::unwrap_used)] // A test that fails may panic.
+
 use super::stream::TIMELINE;
 use super::*;
 use crate::dataset::Rotation;
@@ -19,6 +21,8 @@ const SNAPSHOTS: usize = 101;
 /// Rows of each entity and the timelines of all, and whether the first data are a blueprint's.
 struct Contents {
     rows: BTreeMap<String, usize>,
+    /// Entities in the order of their messages.
+    order: Vec<String>,
     timelines: BTreeSet<String>,
     series_names: Vec<String>,
     blueprint_first: bool,
@@ -27,6 +31,7 @@ struct Contents {
 fn read(path: &FilePath) -> Contents {
     let mut contents = Contents {
         rows: BTreeMap::new(),
+        order: Vec::new(),
         timelines: BTreeSet::new(),
         series_names: Vec::new(),
         blueprint_first: false,
@@ -41,6 +46,7 @@ fn read(path: &FilePath) -> Contents {
             continue;
         }
         let chunk = Chunk::from_arrow_msg(&message).unwrap();
+        contents.order.push(chunk.entity_path().to_string());
         *contents.rows.entry(chunk.entity_path().to_string()).or_default() += chunk.num_rows();
         contents.timelines.extend(chunk.timelines().keys().map(|name| name.to_string()));
         for names in chunk.iter_slices::<String>(rerun::SeriesLines::descriptor_names().component) {
@@ -54,6 +60,7 @@ fn outline(featured: &RunLabel) -> Outline {
     let protocol = Protocol::Square { side: 2.0, direction: Rotation::CounterClockwise };
     Outline {
         title: "test".to_owned(),
+        stages: vec!["before".to_owned()],
         featured: vec![featured.clone()],
         area: Area::of([&protocol]),
         sides: vec![2.0],
@@ -109,11 +116,12 @@ fn drive(robot: &Robot, recorder: &mut RunRecorder) {
 fn holds_what_the_docs_promise() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
-    let robot = Robot::load("jnpf_4wd").unwrap();
-    let recording = Recording::create(&path, &outline(&label()), &Floor::load("tilted_floor").unwrap()).unwrap();
-    drive(&robot, &mut recording.run(&label(), &robot, Detail::Full));
+    let scene = Scene::load("jnpf_4wd", "tilted_floor").unwrap();
+    let robot = &scene.robot;
+    let recording = Recording::create(&path, &outline(&label()), &scene).unwrap();
+    drive(robot, &mut recording.run(&label(), Detail::Full));
     let thin = RunLabel { repeat: 2, ..label() };
-    drive(&robot, &mut recording.run(&thin, &robot, Detail::Path));
+    drive(robot, &mut recording.run(&thin, Detail::Path));
     let errors = vec![[0.1, 0.2], [0.12, 0.21], [0.11, 0.19]];
     let cluster = EndPoints {
         stage: "before".to_owned(),
@@ -129,10 +137,10 @@ fn holds_what_the_docs_promise() {
     assert!(contents.blueprint_first);
     assert_eq!(contents.timelines, BTreeSet::from([TIMELINE.to_owned()]));
     let run = "/before/square_2m_ccw/run_1";
-    // Static rows beside those of 50, 10 and 5 Hz.
+    // Static rows beside those of 50, 25, 10 and 5 Hz.
     let mut expected = vec![
-        (format!("{run}/chassis"), SNAPSHOTS),
-        (format!("{run}/believed"), SNAPSHOTS),
+        (format!("{run}/chassis"), 51),
+        (format!("{run}/believed"), 51),
         (format!("{run}/path/true"), 1),
         (format!("{run}/path/dead_reckoned"), 1),
         (format!("{run}/path/true_end"), 1),
@@ -147,10 +155,13 @@ fn holds_what_the_docs_promise() {
         ("/floor/plane".to_owned(), 1),
     ];
     for wheel in ["front_left", "front_right", "rear_left", "rear_right"] {
-        expected.push((format!("{run}/wheels/{wheel}"), SNAPSHOTS));
-        for what in ["tractions", "outline", "force"] {
-            expected.push((format!("{run}/patches/{wheel}/{what}"), 21 + 1));
-        }
+        expected.push((format!("{run}/wheels/{wheel}"), 51));
+        // Rows of vectors, of cells, of style.
+        let patch = format!("{run}/patches/{wheel}");
+        expected.push((format!("{patch}/tractions"), 21 + 1 + 1));
+        expected.push((format!("{patch}/outline"), 1 + 1));
+        expected.push((format!("{patch}/force"), 21 + 1));
+        expected.push((patch, 21));
     }
     let series = "wheel_speed_rad_s wheel_speed_commanded_rad_s ticks slip_along_m_s slip_across_m_s load_n force_along_n \
                   force_across_n heading_error_mrad position_error_mm";
@@ -168,7 +179,8 @@ fn never_overwrites() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
     std::fs::write(&path, "precious").unwrap();
-    let error = Recording::create(&path, &outline(&label()), &Floor::level()).err().unwrap();
+    let scene = Scene::load("jnpf_4wd", "lab_floor").unwrap();
+    let error = Recording::create(&path, &outline(&label()), &scene).err().unwrap();
     assert!(matches!(error, RecordingError::Exists { .. }));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
 }
@@ -177,14 +189,20 @@ fn never_overwrites() {
 fn what_was_logged_is_in_the_file_before_the_end() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");
-    let robot = Robot::load("jnpf_4wd").unwrap();
-    let recording = Recording::create(&path, &outline(&label()), &Floor::level()).unwrap();
-    drive(&robot, &mut recording.run(&label(), &robot, Detail::Full));
+    let scene = Scene::load("jnpf_4wd", "lab_floor").unwrap();
+    let robot = &scene.robot;
+    let recording = Recording::create(&path, &outline(&label()), &scene).unwrap();
+    drive(robot, &mut recording.run(&label(), Detail::Full));
     recording.flush().unwrap();
+    // What does not change comes first, or a recording that breaks off shows nothing.
+    let contents = read(&path);
+    let position = |entity: &str| contents.order.iter().position(|other| other == entity).unwrap();
+    assert!(position("/floor/plane") < position("/before/square_2m_ccw/run_1/chassis/shape"));
+    assert!(position("/before/square_2m_ccw/run_1/chassis/shape") < position("/before/square_2m_ccw/run_1/chassis"));
     // As a killed process leaves it: no footer.
     let so_far = folder.path().join("killed.rrd");
     std::fs::copy(&path, &so_far).unwrap();
-    assert_eq!(read(&so_far).rows.get("/before/square_2m_ccw/run_1/chassis"), Some(&SNAPSHOTS));
+    assert_eq!(read(&so_far).rows.get("/before/square_2m_ccw/run_1/chassis"), Some(&51));
 }
 
 #[cfg(target_os = "linux")]
