@@ -2,6 +2,7 @@
 
 use super::training::{Observation, Training};
 use crate::dataset::{Protocol, Rotation, SurveyedPose};
+use crate::odometry::OdometryCorrection;
 
 /// Errors (surveyed − predicted end pose, in the frame of the surveyed start) of the squares of one side length.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,9 +29,10 @@ pub struct CentreOfGravity {
 }
 
 impl SquareErrors {
-    /// Errors against what each run's own robot believed, a group a side length, shortest first.
+    /// Errors against what the training's robot believed (the first dataset's, where several were driven with different
+    /// beliefs), a group a side length, shortest first.
     pub fn of(training: &Training) -> Vec<SquareErrors> {
-        SquareErrors::by(training, |_, run| run.believed_error())
+        SquareErrors::by(training, |_, run| run.error(&training.odometry, &OdometryCorrection::IDENTITY))
     }
 
     /// The squares' errors as `error` makes them of a run and its index, a group a side length, shortest first.

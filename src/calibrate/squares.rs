@@ -84,7 +84,8 @@ pub(super) fn scale_of_straights(training: &Training) -> Option<f64> {
     let straights = training.runs.iter().filter(|run| matches!(run.protocol, Protocol::Straight { .. }));
     let (surveyed, believed) = straights.fold((0.0, 0.0), |(surveyed, believed), run| {
         // The chord is as long as the straight to second order in the heading gained.
-        (surveyed + run.surveyed.x.hypot(run.surveyed.y), believed + run.believed.x.hypot(run.believed.y))
+        let reckoned = run.path.end(&training.odometry);
+        (surveyed + run.surveyed.x.hypot(run.surveyed.y), believed + reckoned.x.hypot(reckoned.y))
     });
     (believed > 0.0).then(|| surveyed / believed)
 }
