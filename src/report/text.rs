@@ -17,14 +17,14 @@ pub enum Style {
     Markdown,
 }
 
-/// What the calibrations of an experiment gained, and the end points of the stages that `shown` keeps.
+/// What the calibrations of an experiment gained and where the squares ended, for the stages that `shown` keeps.
 pub fn experiment(experiment: &Experiment, style: Style, shown: impl Fn(&Stage) -> bool) -> String {
     let mut text = String::new();
     if !experiment.methods.is_empty() {
         heading(&mut text, style, "What each calibration found, and gained at the side that it was calibrated on");
         let mut table =
             table(style, &["method", "squares used", "E_d", "E_b", "E_s", "E_max,syst before", "after", "better by"]);
-        for result in &experiment.methods {
+        for result in experiment.methods.iter().filter(|result| shown(&result.after)) {
             table.add_row(gain(result, &experiment.before));
         }
         push(&mut text, &table, style);
