@@ -3,6 +3,7 @@
 mod calibrate;
 mod drive;
 mod experiment;
+mod init;
 mod options;
 mod output;
 #[cfg(feature = "recording")]
@@ -30,6 +31,8 @@ enum Command {
     Drive(drive::Arguments),
     /// Find wheel diameters and track from measured or simulated datasets, by every published method
     Calibrate(calibrate::Arguments),
+    /// Write a campaign to fill in, with instructions how to mark, drive, measure and note
+    Init(init::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
 }
@@ -45,6 +48,7 @@ impl Cli {
             Some(Command::Experiment(arguments)) => experiment::run(&arguments),
             Some(Command::Drive(arguments)) => drive::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
+            Some(Command::Init(arguments)) => init::run(&arguments),
             Some(Command::Methods) => {
                 print!("{}", text::methods());
                 Ok(())

@@ -336,3 +336,25 @@ fn calibrate_says_what_data_lack() {
         refused(folder.path(), arguments, parts);
     }
 }
+
+/// The template reads as it is, says what is still missing, and calibrates once it is filled in.
+#[test]
+fn init_writes_a_campaign_that_reads() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let init = || treadmark(folder.path()).args(["init", "mine"]).output().expect("it starts");
+    assert!(init().status.success());
+    let dataset = treadmark::dataset::Dataset::read(&folder.path().join("mine")).expect("the template is valid");
+    assert_eq!(dataset.runs.len(), 13);
+    refused(folder.path(), &["calibrate", "mine"], &["no run with a surveyed end"]);
+    refused(folder.path(), &["init", "mine"], &["mine: exists already"]);
+    // The example of its instructions is a run that the format takes.
+    let runs = folder.path().join("mine/runs.csv");
+    let text = std::fs::read_to_string(&runs).expect("it is there");
+    let filled = text
+        .replace("cw-1,square,4,cw,,,", "cw-1,square,4,cw,-0.31,-0.33,-6.12")
+        .replace("ccw-1,square,4,ccw,,,", "ccw-1,square,4,ccw,-0.35,0.38,6.10")
+        .replace("straight-1,straight,4,forward,,,", "straight-1,straight,4,forward,4.02,0.01,0.002");
+    std::fs::write(runs, filled).expect("it can be written");
+    let output = treadmark(folder.path()).args(["calibrate", "mine"]).output().expect("it starts");
+    assert!(output.status.success());
+}
