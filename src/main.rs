@@ -2,10 +2,12 @@
 
 use clap::Parser;
 use std::process::ExitCode;
+use treadmark::cli::Outcome;
 
 fn main() -> ExitCode {
     match treadmark::cli::Cli::parse().run() {
-        Ok(()) => ExitCode::SUCCESS,
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(error) => {
             eprintln!("error: {}", message(&error));
             ExitCode::from(2)

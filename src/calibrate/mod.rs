@@ -6,6 +6,7 @@
 mod antonelli2005;
 mod bei2018;
 mod censi2013;
+mod check;
 mod end_points;
 mod error;
 mod estimate;
@@ -19,6 +20,7 @@ mod squares;
 mod training;
 mod umbmark;
 
+pub use check::{Suspicion, SuspicionKind, check};
 pub use end_points::{CentreOfGravity, SquareErrors};
 pub use error::CalibrateError;
 pub use estimate::{Estimate, Parameter};

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
 mod calibrate;
+mod check;
 mod drive;
 mod experiment;
 mod init;
@@ -29,12 +30,23 @@ enum Command {
     Experiment(experiment::Arguments),
     /// Drive one run
     Drive(drive::Arguments),
-    /// Find wheel diameters and track from measured or simulated datasets, by every published method
-    Calibrate(calibrate::Arguments),
     /// Write a campaign to fill in, with instructions how to mark, drive, measure and note
     Init(init::Arguments),
+    /// Say in plain words what looks wrong with a dataset, before anyone calculates; exit code 1 if anything does
+    Check(check::Arguments),
+    /// Find wheel diameters and track from measured or simulated datasets, by every published method
+    Calibrate(calibrate::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
+}
+
+/// How a command ended that did what was asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Outcome {
+    /// Done: exit code 0.
+    Done,
+    /// A check that was asked for failed: exit code 1.
+    CheckFailed,
 }
 
 impl Cli {
@@ -42,17 +54,16 @@ impl Cli {
     ///
     /// # Errors
     /// Anything that kept it from being done, as a chain of causes for the user.
-    pub fn run(self) -> anyhow::Result<()> {
+    pub fn run(self) -> anyhow::Result<Outcome> {
         match self.command {
-            None => experiment::run(&self.experiment),
-            Some(Command::Experiment(arguments)) => experiment::run(&arguments),
-            Some(Command::Drive(arguments)) => drive::run(&arguments),
-            Some(Command::Calibrate(arguments)) => calibrate::run(&arguments),
-            Some(Command::Init(arguments)) => init::run(&arguments),
-            Some(Command::Methods) => {
-                print!("{}", text::methods());
-                Ok(())
-            }
+            None => experiment::run(&self.experiment)?,
+            Some(Command::Experiment(arguments)) => experiment::run(&arguments)?,
+            Some(Command::Drive(arguments)) => drive::run(&arguments)?,
+            Some(Command::Init(arguments)) => init::run(&arguments)?,
+            Some(Command::Check(arguments)) => return check::run(&arguments),
+            Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
+            Some(Command::Methods) => print!("{}", text::methods()),
         }
+        Ok(Outcome::Done)
     }
 }

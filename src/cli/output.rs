@@ -36,7 +36,7 @@ pub(super) fn folder(asked: Option<&Path>, command: &str) -> anyhow::Result<Path
             Ok(()) => Ok(path.to_owned()),
             Err(error) if error.kind() == ErrorKind::AlreadyExists => {
                 anyhow::bail!(
-                    "{}: exists already, and results are never overwritten; give --out a new folder",
+                    "{}: exists already, and results are never overwritten; name a new folder",
                     path.display()
                 )
             }

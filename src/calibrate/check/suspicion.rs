@@ -1,0 +1,277 @@
+//! What can look wrong with a campaign, in plain words.
+
+use std::fmt;
+
+/// One thing about a campaign that is hardly what was meant.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suspicion {
+    /// What it looks like.
+    pub kind: SuspicionKind,
+    /// The runs that show it, in file order; empty where it is about `dataset.toml` alone.
+    pub runs: Vec<String>,
+    /// The number that gave it away; each kind says which.
+    pub seen: f64,
+    /// What that number should be, or the bound that it should keep.
+    pub expected: f64,
+}
+
+/// What a campaign can look like. `seen` and `expected` are the evidence beside it in a [`Suspicion`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[non_exhaustive]
+pub enum SuspicionKind {
+    /// `cw` and `ccw` (or `forward` and `reverse`) of a run the wrong way round: turn or way seen, and by the label.
+    DirectionLabel,
+    /// The left and right encoder columns are swapped: turn by the logs and by label and survey \[rad\].
+    EncoderSidesSwapped,
+    /// Logs turn one way, and label or survey the other, and nothing says which is right \[rad\].
+    TurnDisagrees,
+    /// One encoder counts down where its wheel goes forward: its way and the expected way \[m\].
+    CountSignLeft,
+    /// As [`SuspicionKind::CountSignLeft`], on the right.
+    CountSignRight,
+    /// Both encoders count down where the robot goes forward \[m\].
+    CountSignBoth,
+    /// y and heading are positive to the right: end heading seen and expected \[rad\]; or y alone is: share of the
+    /// pattern explained as noted and with the axis turned round.
+    YAxisFlipped,
+    /// x is positive backwards: way along x seen and expected \[m\], or shares of the pattern as for y.
+    XAxisFlipped,
+    /// One of the axes is flipped, and without headings nothing says which: shares of the pattern.
+    OneAxisFlipped,
+    /// Headings alone are positive to the right \[rad\].
+    HeadingSign,
+    /// Headings in degrees: the number noted and the turn in radians.
+    HeadingDegrees,
+    /// Headings wrapped to one turn \[rad\].
+    HeadingWrapped,
+    /// Positions in millimetres or centimetres: distance noted and the largest that is possible \[m\].
+    PositionUnit,
+    /// A wheel radius against the nominal diameter, or against distances \[m\].
+    WheelRadius,
+    /// The track width against its nominal value, or against turns \[m\].
+    TrackWidth,
+    /// Ticks a revolution against distances: those stated, and those that would fit.
+    TicksPerRevolution,
+    /// The side of a run against what its logs or survey say \[m\]: stated, and what would fit.
+    SideLength,
+    /// A run far from its own kind: its distance from their median in standard deviations, and the bound.
+    Outlier,
+    /// End poses in the frame of the room: mean misfit as noted and taken from the start pose \[m\].
+    RoomFrame,
+    /// Start and end are swapped: end heading seen and expected \[rad\].
+    StartEndSwapped,
+    /// The `x_m` and `y_m` columns are swapped: shares of the pattern, or the way along x of a straight.
+    ColumnsSwapped,
+    /// Runs with the same end to the last digit: how many, and how many such pairs chance makes.
+    CopiedRun,
+    /// Squares driven one way round only: runs in the direction driven (+ counter-clockwise, − clockwise), 0.
+    OneDirection,
+}
+
+impl SuspicionKind {
+    /// A name for programs: `direction_label`, `position_unit`, …
+    pub fn as_str(self) -> &'static str {
+        use SuspicionKind::*;
+        match self {
+            DirectionLabel => "direction_label",
+            EncoderSidesSwapped => "encoder_sides_swapped",
+            TurnDisagrees => "turn_disagrees",
+            CountSignLeft => "count_sign_left",
+            CountSignRight => "count_sign_right",
+            CountSignBoth => "count_sign_both",
+            YAxisFlipped => "y_axis_flipped",
+            XAxisFlipped => "x_axis_flipped",
+            OneAxisFlipped => "one_axis_flipped",
+            HeadingSign => "heading_sign",
+            HeadingDegrees => "heading_degrees",
+            HeadingWrapped => "heading_wrapped",
+            PositionUnit => "position_unit",
+            WheelRadius => "wheel_radius",
+            TrackWidth => "track_width",
+            TicksPerRevolution => "ticks_per_revolution",
+            SideLength => "side_length",
+            Outlier => "outlier",
+            RoomFrame => "room_frame",
+            StartEndSwapped => "start_end_swapped",
+            ColumnsSwapped => "columns_swapped",
+            CopiedRun => "copied_run",
+            OneDirection => "one_direction",
+        }
+    }
+}
+
+/// "run a", "runs a, b and c", "runs a, b, c, d and 301 more".
+fn names(runs: &[String]) -> String {
+    match runs {
+        [] => "dataset.toml".to_owned(),
+        [one] => format!("run {one}"),
+        [start @ .., last] if runs.len() <= 6 => format!("runs {} and {last}", start.join(", ")),
+        _ => format!("runs {} and {} more", runs[..4].join(", "), runs.len() - 4),
+    }
+}
+
+impl fmt::Display for Suspicion {
+    /// What was seen, why it is suspicious, what to do.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        use SuspicionKind::*;
+        let Suspicion { kind, runs, seen, expected } = self;
+        let (who, one) = (names(runs), runs.len() == 1);
+        let s = if one { "s" } else { "" };
+        match kind {
+            DirectionLabel => write!(
+                f,
+                "{who}: the column `direction` says one way and the measurement the other ({seen:.3} where the label \
+                 calls for {expected:.3}). The labels look swapped. Correct `direction`; where there are no logs, headings \
+                 and y noted positive to the right would look the same, so look at the notes first."
+            ),
+            EncoderSidesSwapped => write!(
+                f,
+                "{who}: the encoders say that the robot turned {seen:+.2} rad, its label and its survey {expected:+.2} rad. \
+                 The left and right encoder columns look swapped. Swap their names in the header of encoders.csv."
+            ),
+            TurnDisagrees => write!(
+                f,
+                "{who}: the encoders say that the robot turned {seen:+.2} rad, and the rest of the data {expected:+.2} rad. \
+                 Either the left and right encoder columns are swapped, or the direction is, or headings and y are \
+                 positive to the right; the data do not tell which. Turn the robot to the left by hand and look which \
+                 encoder counts up and what you write down."
+            ),
+            CountSignLeft | CountSignRight => write!(
+                f,
+                "{who}: the {} wheel goes {seen:+.2} m by its encoder where the drive calls for about {expected:+.2} m. \
+                 It looks as if that encoder counts down when the wheel rolls forward. Change the sign of its column in \
+                 encoders.csv.",
+                if *kind == CountSignLeft { "left" } else { "right" }
+            ),
+            CountSignBoth => write!(
+                f,
+                "{who}: by the encoders the robot went {seen:+.2} m where the drive calls for about {expected:+.2} m. \
+                 Both encoders seem to count down when the robot goes forward. Change the sign of both in encoders.csv."
+            ),
+            YAxisFlipped if expected.abs() <= 1.0 => write!(
+                f,
+                "{who}: the end points form a pattern that driving cannot make ({:.0} % of it explained), and turned \
+                 into one that it does make ({:.0} %) by changing the sign of y. y looks positive to the right. It is \
+                 positive to the left of the start heading: change the sign of `y_m`.",
+                100.0 * seen,
+                100.0 * expected
+            ),
+            YAxisFlipped => write!(
+                f,
+                "{who}: end{s} at heading {seen:+.3} rad where {expected:+.3} rad was driven. y and headings look \
+                 positive to the right. Both are positive to the left (counter-clockwise): change the signs of `y_m` \
+                 and `heading_rad`; if start and end were swapped in the notes instead, swap them back."
+            ),
+            XAxisFlipped if runs.is_empty() || (0.0..=1.0).contains(expected) && (0.0..=1.0).contains(seen) => write!(
+                f,
+                "{who}: the end points form a pattern that driving cannot make ({:.0} % of it explained), and turned \
+                 into one that it does make ({:.0} %) by changing the sign of x. x looks positive backwards. It is \
+                 positive along the start heading: change the sign of `x_m`.",
+                100.0 * seen,
+                100.0 * expected
+            ),
+            XAxisFlipped => write!(
+                f,
+                "{who}: x ends at {seen:+.3} m where about {expected:+.3} m was driven. x looks positive backwards, or \
+                 start and end are swapped. x is positive along the start heading: change the sign of `x_m`, or correct \
+                 `direction` if the run was driven the other way."
+            ),
+            OneAxisFlipped => write!(
+                f,
+                "{who}: the end points form a pattern that driving cannot make ({:.0} % of it explained), and would \
+                 make one that it can ({:.0} %) with the sign of x or of y changed. x is positive along the start \
+                 heading and y to its left: look which of them was noted the other way.",
+                100.0 * seen,
+                100.0 * expected
+            ),
+            HeadingSign => write!(
+                f,
+                "{who}: end{s} at heading {seen:+.3} rad where {expected:+.3} rad was driven, while x and y look right. \
+                 Headings look positive clockwise. They are positive counter-clockwise: change the sign of `heading_rad`."
+            ),
+            HeadingDegrees if runs.is_empty() => write!(
+                f,
+                "{who}: survey.heading_std_rad is {seen}, more than {expected} rad; nothing that is worth noting is measured \
+                 that badly. It looks like degrees: multiply by 0.0174533."
+            ),
+            HeadingDegrees => write!(
+                f,
+                "{who}: end{s} at a heading of {seen} where the run turns by {expected:.3} rad. That looks like degrees. \
+                 Multiply `heading_rad` by 0.0174533."
+            ),
+            HeadingWrapped => write!(
+                f,
+                "{who}: end{s} at heading {seen:+.3} rad where the robot turned by about {expected:+.3} rad. The heading \
+                 looks wrapped to a single turn. Headings count on: add or take off whole turns of 6.283185 rad, so that a \
+                 clockwise square ends near -6.283."
+            ),
+            PositionUnit if runs.is_empty() => write!(
+                f,
+                "{who}: survey.position_std_m is {seen}, more than the {expected} m of half a side; nothing could be told \
+                 from such a survey. It looks like millimetres or centimetres: write metres."
+            ),
+            PositionUnit => write!(
+                f,
+                "{who}: end{s} {seen} m away where no more than {expected:.3} m is possible. The positions look like \
+                 millimetres or centimetres. Write metres in `x_m` and `y_m`."
+            ),
+            WheelRadius => write!(
+                f,
+                "{who}: the wheel radius in [odometry] is {seen} m, and about {expected:.4} m would fit the rest. \
+                 Look whether a diameter was entered as a radius, or a decimal point slipped, there or in \
+                 robot.nominal_wheel_diameter_m."
+            ),
+            TrackWidth => write!(
+                f,
+                "{who}: odometry.track_width_m is {seen} m, and about {expected:.4} m would fit the rest; even a \
+                 skid-steer robot believes in no more than about two and a half times its own width. Look for a slipped \
+                 decimal point or half a track, there or in robot.nominal_track_width_m."
+            ),
+            TicksPerRevolution => write!(
+                f,
+                "{who}: with {seen} ticks a revolution the logs do not go as far as the robot did; about {expected:.1} \
+                 would fit. Look for quadrature (times 4 or 2) and for the gear ratio; if the ticks are right, \
+                 the wheel radius is wrong."
+            ),
+            SideLength => write!(
+                f,
+                "{who}: `side_m` (or `radius_m`) says {seen} m, and the run itself looks like {expected:.3} m. The length \
+                 looks mistyped. Correct it."
+            ),
+            Outlier => write!(
+                f,
+                "{who}: end{s} {seen:.1} standard deviations away from the other runs of the same kind, and scatter stays \
+                 within {expected:.1}. A wheel may have slipped, the robot may have been nudged, a digit may be wrong. \
+                 Look at the notes, and repeat the run or leave it out."
+            ),
+            RoomFrame => write!(
+                f,
+                "{who}: as noted the ends are {seen:.3} m from where they should be, and {expected:.3} m if they are seen \
+                 from the start poses. They look like poses in the room. `x_m`, `y_m` and `heading_rad` are in the frame \
+                 of the run's start: x along the start heading, y to its left."
+            ),
+            StartEndSwapped => write!(
+                f,
+                "{who}: end{s} at heading {seen:+.3} rad where {expected:+.3} rad was driven, and the position fits a start \
+                 as seen from the end. Start and end look swapped. Write down the end as seen from the start."
+            ),
+            ColumnsSwapped => write!(
+                f,
+                "{who}: the end points make sense with `x_m` and `y_m` swapped and not as they are ({seen:.2} where \
+                 {expected:.2} is expected). x is along the start heading, y to its left: swap the two columns."
+            ),
+            CopiedRun => write!(
+                f,
+                "{who}: the end is the same to the last digit in {seen:.0} runs; by chance {expected:.1e} such pairs are \
+                 expected. A row looks copied. Look at the notes, and measure again if need be."
+            ),
+            OneDirection => write!(
+                f,
+                "{who}: {:.0} squares {} and none the other way round. What turns the robot too little and what bends its \
+                 straights look the same from one direction. Drive as many squares the other way.",
+                seen.abs(),
+                if *seen > 0.0 { "counter-clockwise" } else { "clockwise" }
+            ),
+        }
+    }
+}
