@@ -24,12 +24,12 @@ use std::f64::consts::{SQRT_2, TAU};
 pub fn check(dataset: &Dataset) -> Vec<Suspicion> {
     let mut work = Work::new(dataset);
     scatter::copied_runs(&mut work);
+    logs::against_nominal(&mut work);
+    logs::count_signs(&mut work);
     survey::stated_noise(&mut work);
     survey::room_frame(&mut work);
     survey::degrees(&mut work);
     survey::wrapped(&mut work);
-    logs::against_nominal(&mut work);
-    logs::count_signs(&mut work);
     senses::turns(&mut work);
     senses::travel(&mut work);
     logs::distances(&mut work);

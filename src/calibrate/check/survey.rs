@@ -1,7 +1,8 @@
 //! The survey: frame, units, axes.
 
 use super::SuspicionKind::{
-    ColumnsSwapped, HeadingDegrees, HeadingWrapped, OneAxisFlipped, PositionUnit, RoomFrame, XAxisFlipped, YAxisFlipped,
+    ColumnsSwapped, HeadingDegrees, HeadingWrapped, OneAxisFlipped, PositionUnit, RoomFrame, SideLength, XAxisFlipped,
+    YAxisFlipped,
 };
 use super::{FACTOR, TRACK_FACTOR, Work, median, share, stated_length, stated_turn, vector, within};
 use crate::dataset::{Protocol, Rotation, SurveyedPose};
@@ -115,12 +116,13 @@ pub(super) fn wrapped(work: &mut Work) {
             }
             // Without a stated turn the log tells: what a track that is wrong by its largest factor still leaves is
             // more than half a turn.
-            None => {
+            None if matches!(run.protocol, Protocol::Circle { .. } | Protocol::Path) => {
                 let logged = work.logged_turn(run).filter(|turn| turn.abs() > TRACK_FACTOR * PI);
                 if let Some(turn) = logged.filter(|_| heading.abs() < 1.001 * PI) {
                     runs.push((index, heading, unwrap_near(heading, turn)));
                 }
             }
+            None => {}
         }
     }
     // Wrapped to 0 … 2π, a clockwise square ends near 0 or near +2π, as it happens.
@@ -175,13 +177,31 @@ pub(super) fn units(work: &mut Work) {
             evidence.get_or_insert((distance, possible));
         }
     }
+    let mut lengths: Vec<(usize, f64, f64)> = Vec::new();
     for (index, run) in work.data.runs.iter().enumerate() {
-        let (Protocol::Straight { length, .. }, Some(end)) = (run.protocol, run.end) else { continue };
-        let ratio = end.x.hypot(end.y) / length;
-        if let Some(factor) = [1e-2, 1e-3].into_iter().find(|factor| within(ratio * factor, FACTOR)) {
-            runs.push((index, factor));
-            evidence.get_or_insert((ratio * length, FACTOR * length));
+        let Some(distance) = run.end.map(|end| end.x.hypot(end.y)) else { continue };
+        match run.protocol {
+            Protocol::Straight { length, .. } => {
+                let ratio = distance / length;
+                if let Some(factor) = [1e-2, 1e-3].into_iter().find(|factor| within(ratio * factor, FACTOR)) {
+                    runs.push((index, factor));
+                    evidence.get_or_insert((distance, FACTOR * length));
+                } else if !within(ratio, FACTOR) && run.encoders.is_none() {
+                    // With a log the log has told already.
+                    lengths.push((index, length, distance));
+                }
+            }
+            // On a circle no point is farther than its diameter; half as much again for one that drifts.
+            Protocol::Circle { radius, .. } if distance > 3.0 * radius => {
+                runs.push((index, if distance * 0.01 > 2.0 * radius { 1e-3 } else { 1e-2 }));
+                evidence.get_or_insert((distance, 3.0 * radius));
+            }
+            _ => {}
         }
+    }
+    if let Some(&(_, stated, distance)) = lengths.first() {
+        let indices: Vec<usize> = lengths.iter().map(|(index, ..)| *index).collect();
+        work.suspect(SideLength, &indices, stated, distance);
     }
     // A path: what was surveyed against what the wheels rolled, where the run was nearly straight.
     let paths: Vec<(usize, f64, f64)> = work
@@ -248,6 +268,10 @@ pub(super) fn pattern(work: &mut Work) {
                 .sum::<f64>();
             let noise = (spread / (n - 1.0).max(1.0) / n).sqrt().max(survey * (2.0 / n).sqrt());
             let size = mean.iter().filter(|m| m.is_finite()).map(|m| m * m).sum::<f64>().sqrt();
+            // The pattern is of first order: half a side is √3·2Lα of α = 0.14 rad a turn, where second order comes up.
+            if size > 0.5 * side {
+                return;
+            }
             if size > 5.0 * noise {
                 means.push((mean, direction.sign()));
             }
