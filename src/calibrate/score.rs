@@ -5,7 +5,7 @@ use super::end_points::SquareErrors;
 use super::error::CalibrateError;
 use super::estimate::Estimate;
 use super::training::{Observation, Training};
-use super::{METHODS, Method};
+use super::{METHODS, Method, maximum_likelihood};
 use crate::dataset::SurveyedPose;
 use crate::odometry::OdometryCorrection;
 use rayon::prelude::*;
@@ -38,6 +38,9 @@ pub struct MethodOutcome {
     pub in_sample: Option<Score>,
     /// On runs it never saw: those held out by name, or else each run predicted from all the others.
     pub held_out: Option<Score>,
+    /// What the method's approximations bias (E_d, E_b/E_s, E_s) by on a robot like this: what it finds, less what went in, on
+    /// noise-free end poses of these runs under the best model's corrections. `None` where that cannot be told.
+    pub bias: Option<[f64; 3]>,
     /// Position error of the training runs, each predicted from the others \[m\]: what the choice of the best goes by.
     pub selection: Option<f64>,
 }
@@ -56,6 +59,10 @@ pub struct Calibration {
 /// Applies `methods` (empty: all) to `training`, and scores them on it and on `hold_out`; without one, on folds by run.
 pub fn calibrate(training: &Training, hold_out: Option<&Training>, methods: &[&'static Method]) -> Calibration {
     let methods: Vec<&'static Method> = if methods.is_empty() { METHODS.iter().collect() } else { methods.to_vec() };
+    let ideal = maximum_likelihood::METHOD.estimate(training).ok().map(|best| {
+        let truth = best.correction();
+        (training.noise_free(&truth), truth)
+    });
     let outcomes: Vec<MethodOutcome> = methods
         .par_iter()
         .map(|&method| {
@@ -74,6 +81,14 @@ pub fn calibrate(training: &Training, hold_out: Option<&Training>, methods: &[&'
                     None => fold_score,
                 },
                 selection: fold_score.map(|score| score.position_rmse_after),
+                bias: ideal.as_ref().and_then(|(runs, truth)| {
+                    let found = (method.estimate)(runs).ok()?.correction();
+                    Some([
+                        found.diameter_ratio - truth.diameter_ratio,
+                        found.track_ratio / found.distance_scale - truth.track_ratio / truth.distance_scale,
+                        found.distance_scale - truth.distance_scale,
+                    ])
+                }),
                 estimate,
             }
         })

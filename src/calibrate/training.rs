@@ -160,6 +160,23 @@ impl Training {
     }
 }
 
+impl Training {
+    /// The same runs as a robot with these errors would end them, without noise: end poses alone.
+    pub(super) fn noise_free(&self, truth: &OdometryCorrection) -> Training {
+        let actual = self.odometry.corrected(truth);
+        let runs = self.runs.iter().map(|run| {
+            Arc::new(Observation {
+                name: run.name.clone(),
+                surveyed: run.path.end(&actual).into(),
+                path: run.path.clone(),
+                run: Run { poses: None, ..run.run.clone() },
+                ..**run
+            })
+        });
+        Training { runs: runs.collect(), ..self.clone() }
+    }
+}
+
 impl Observation {
     /// Surveyed − predicted with `correction` to what `reference` believed: x, y \[m\], heading \[rad\].
     pub fn error(&self, reference: &OdometryParameters, correction: &OdometryCorrection) -> SurveyedPose {

@@ -70,6 +70,8 @@ pub struct Experiment {
     pub before: Stage,
     /// Each method on each side's end points.
     pub methods: Vec<MethodResult>,
+    /// Methods that could not be applied: name, side \[m\], why.
+    pub not_applicable: Vec<(&'static str, f64, CalibrateError)>,
     /// Whether it was driven to its end; stages hold what was.
     pub complete: bool,
 }
@@ -147,18 +149,25 @@ pub fn squares(
     let with_straight = [&squares[..], &[plan.straight()]].concat();
     let before = drive(vec![("before".to_owned(), scene.clone())], &with_straight)?.remove(0);
     if stop.load(Ordering::Relaxed) {
-        return Ok(Experiment { before, methods: Vec::new(), complete: false });
+        return Ok(Experiment { before, methods: Vec::new(), not_applicable: Vec::new(), complete: false });
     }
 
     let training = Training::new(std::slice::from_ref(&before.dataset))?;
     let mut estimates = Vec::new();
+    let mut not_applicable = Vec::new();
     let mut stages = Vec::new();
     for &side in &plan.sides {
         // The squares of this side, and the straights.
         let other = |protocol| matches!(protocol, Protocol::Square { side: of_run, .. } if of_run != side);
         let of_side = training.only(|_, run| !other(run.protocol));
         for method in &plan.methods {
-            let Ok(estimate) = method.estimate(&of_side) else { continue };
+            let estimate = match method.estimate(&of_side) {
+                Ok(estimate) => estimate,
+                Err(reason) => {
+                    not_applicable.push((method.name, side, reason));
+                    continue;
+                }
+            };
             let mut calibrated = scene.clone();
             calibrated.robot.odometry = scene.robot.odometry.corrected(&estimate.correction());
             stages.push((Experiment::stage_after(method.name, side), calibrated));
@@ -175,5 +184,5 @@ pub fn squares(
             after,
         })
         .collect();
-    Ok(Experiment { before, methods, complete: !stop.load(Ordering::Relaxed) })
+    Ok(Experiment { before, methods, not_applicable, complete: !stop.load(Ordering::Relaxed) })
 }

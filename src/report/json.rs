@@ -157,6 +157,14 @@ pub struct ScoreJson {
     e_max_syst_after_m: Option<f64>,
 }
 
+/// What a method's approximations bias its estimate by.
+#[derive(Debug, Clone, Serialize)]
+pub struct BiasJson {
+    diameter_ratio: f64,
+    track_over_scale: f64,
+    distance_scale: f64,
+}
+
 /// One method of `calibrate --json`.
 #[derive(Debug, Clone, Serialize)]
 pub struct OutcomeJson {
@@ -164,6 +172,7 @@ pub struct OutcomeJson {
     applicable: bool,
     reason: Option<String>,
     estimate: Option<UncertainJson>,
+    bias: Option<BiasJson>,
     in_sample: Option<ScoreJson>,
     held_out: Option<ScoreJson>,
 }
@@ -215,6 +224,11 @@ impl From<&Calibration> for CalibrationJson {
             applicable: outcome.estimate.is_ok(),
             reason: outcome.estimate.as_ref().err().map(ToString::to_string),
             estimate: outcome.estimate.as_ref().ok().map(UncertainJson::from),
+            bias: outcome.bias.map(|[diameter_ratio, track_over_scale, distance_scale]| BiasJson {
+                diameter_ratio,
+                track_over_scale,
+                distance_scale,
+            }),
             in_sample: outcome.in_sample.as_ref().map(ScoreJson::from),
             held_out: outcome.held_out.as_ref().map(ScoreJson::from),
         };

@@ -130,7 +130,7 @@ pub fn calibration(calibration: &Calibration) -> String {
         style,
         "Corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ",
     );
-    let mut table = table(style, &["method", "E_d", "E_b", "E_s"]);
+    let mut table = table(style, &["method", "E_d", "E_b", "E_s", "its own bias: E_d", "E_b/E_s"]);
     let applicable =
         || calibration.outcomes.iter().filter_map(|outcome| Some((outcome, outcome.estimate.as_ref().ok()?)));
     for (outcome, estimate) in applicable() {
@@ -139,9 +139,14 @@ pub fn calibration(calibration: &Calibration) -> String {
             parameter(&estimate.diameter_ratio),
             parameter(&estimate.track_ratio),
             parameter(&estimate.distance_scale),
+            outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[0])),
+            outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[1])),
         ]);
     }
     push(&mut text, &table, style);
+    text.push_str(
+        "own bias: what the method finds less what went in, on noise-free end poses of a robot like this one\n",
+    );
 
     let held_out = if calibration.held_out_by_name { "held out" } else { "each run from the others" };
     heading(
