@@ -93,8 +93,8 @@ impl Pose2 {
 /// assert_eq!(wrap_angle(std::f64::consts::PI), std::f64::consts::PI);
 /// ```
 pub fn wrap_angle(angle: f64) -> f64 {
-    let wrapped = angle.rem_euclid(TAU);
-    if wrapped > PI { wrapped - TAU } else { wrapped }
+    let wrapped = angle - TAU * (angle / TAU).round();
+    if wrapped <= -PI { wrapped + TAU } else { wrapped }
 }
 
 /// `angle` brought to the turn nearest to `reference`, so that their difference lies in (−π, π] \[rad\].

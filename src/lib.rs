@@ -9,7 +9,7 @@
 //!
 //! ```
 //! use std::sync::atomic::AtomicBool;
-//! use treadmark::calibrate::umbmark;
+//! use treadmark::calibrate::{Method, Training};
 //! use treadmark::dataset::{Dataset, Protocol, Rotation};
 //! use treadmark::drive::{self, Task};
 //! use treadmark::experiment::campaign;
@@ -30,7 +30,8 @@
 //!
 //! // What a lab would have noted is a dataset; from it, what the robot should have believed.
 //! let dataset = Dataset { campaign: campaign(&scene, "doc"), runs: vec![cw.measured.clone(), ccw.measured] };
-//! let correction = umbmark(&dataset, 1.0)?;
+//! let umbmark = Method::named("umbmark").expect("it is one of METHODS");
+//! let correction = umbmark.estimate(&Training::new(&[dataset])?)?.correction();
 //! assert!(correction.track_ratio > 1.03); // the robot believed too narrow a track: it scrubs when it turns
 //!
 //! // The calibrated robot drives again.
@@ -87,6 +88,8 @@ pub mod drive;
 pub mod experiment;
 pub mod geometry;
 pub mod odometry;
+#[cfg(feature = "recording")]
+pub mod recording;
 pub mod report;
 pub mod scene;
 pub mod strict;

@@ -14,7 +14,11 @@ pub struct TomlProblem {
 
 impl std::fmt::Display for TomlProblem {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "line {}, column {}: {}", self.line, self.column, self.source.message().trim_end())
+        write!(f, "line {}, column {}: ", self.line, self.column)?;
+        // Without its input, the parser's error drops the picture and names the key that it is about.
+        let mut source = self.source.clone();
+        source.set_input(None);
+        f.write_str(&source.to_string().trim_end().replace('\n', ", "))
     }
 }
 

@@ -1,29 +1,18 @@
 //! End-point errors of square runs and their centres of gravity.
 
-use super::error::CalibrateError;
-use crate::dataset::{Dataset, Protocol, Rotation, Run};
-use crate::odometry::OdometryParameters;
+use super::training::{Observation, Training};
+use crate::dataset::{Protocol, Rotation, SurveyedPose};
+use crate::odometry::OdometryCorrection;
 
-/// Errors (surveyed − dead-reckoned end pose, in the frame of the surveyed start) of the squares of one side length.
+/// Errors (surveyed − predicted end pose, in the frame of the surveyed start) of the squares of one side length.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SquareErrors {
     /// \[m\]
     pub side: f64,
     /// Clockwise runs, in file order.
-    pub cw: Vec<EndError>,
+    pub cw: Vec<SurveyedPose>,
     /// Counter-clockwise runs, in file order.
-    pub ccw: Vec<EndError>,
-}
-
-/// One run's error; the heading may not have been measured.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct EndError {
-    /// \[m\]
-    pub x: f64,
-    /// \[m\]
-    pub y: f64,
-    /// \[rad\]
-    pub heading: Option<f64>,
+    pub ccw: Vec<SurveyedPose>,
 }
 
 /// Mean error of a cluster of runs [Borenstein & Feng 1996, eq 11; Bei et al., eqs 9, 10].
@@ -40,27 +29,29 @@ pub struct CentreOfGravity {
 }
 
 impl SquareErrors {
-    /// Errors of the surveyed squares in `dataset`, a group a side length, shortest first.
-    ///
-    /// # Errors
-    /// The dataset does not say what the odometry believed.
-    pub fn of(dataset: &Dataset) -> Result<Vec<SquareErrors>, CalibrateError> {
-        let odometry = odometry(dataset)?;
+    /// Errors against what the training's robot believed (the first dataset's, where several were driven with different
+    /// beliefs), a group a side length, shortest first.
+    pub fn of(training: &Training) -> Vec<SquareErrors> {
+        SquareErrors::by(training, |_, run| run.error(&training.odometry, &OdometryCorrection::IDENTITY))
+    }
+
+    /// The squares' errors as `error` makes them of a run and its index, a group a side length, shortest first.
+    pub fn by(training: &Training, error: impl Fn(usize, &Observation) -> SurveyedPose) -> Vec<SquareErrors> {
         let mut groups: Vec<SquareErrors> = Vec::new();
-        for run in &dataset.runs {
+        for (number, run) in training.runs.iter().enumerate() {
             let Protocol::Square { side, direction } = run.protocol else { continue };
-            let Some(error) = end_error(run, odometry) else { continue };
             let index = groups.iter().position(|group| group.side == side).unwrap_or_else(|| {
                 groups.push(SquareErrors { side, cw: Vec::new(), ccw: Vec::new() });
                 groups.len() - 1
             });
-            match direction {
-                Rotation::Clockwise => groups[index].cw.push(error),
-                Rotation::CounterClockwise => groups[index].ccw.push(error),
-            }
+            let errors = match direction {
+                Rotation::Clockwise => &mut groups[index].cw,
+                Rotation::CounterClockwise => &mut groups[index].ccw,
+            };
+            errors.push(error(number, run));
         }
         groups.sort_by(|one, other| one.side.total_cmp(&other.side));
-        Ok(groups)
+        groups
     }
 
     /// Centre of gravity of the clockwise runs; `None` where there are none.
@@ -72,10 +63,17 @@ impl SquareErrors {
     pub fn ccw_centre(&self) -> Option<CentreOfGravity> {
         CentreOfGravity::of(&self.ccw)
     }
+
+    /// E_max,syst = max(r_cg,cw, r_cg,ccw) \[m\] [Borenstein & Feng 1996, eq 12; Bei et al., eq 11]; `None` where a
+    /// direction is missing.
+    #[doc(alias = "E_max,syst")]
+    pub fn e_max_syst(&self) -> Option<f64> {
+        Some(self.cw_centre()?.distance().max(self.ccw_centre()?.distance()))
+    }
 }
 
 impl CentreOfGravity {
-    fn of(errors: &[EndError]) -> Option<CentreOfGravity> {
+    fn of(errors: &[SurveyedPose]) -> Option<CentreOfGravity> {
         if errors.is_empty() {
             return None;
         }
@@ -96,23 +94,4 @@ impl CentreOfGravity {
     pub fn distance(&self) -> f64 {
         self.x.hypot(self.y)
     }
-}
-
-/// What the robot of `dataset` believed.
-pub(super) fn odometry(dataset: &Dataset) -> Result<&OdometryParameters, CalibrateError> {
-    dataset
-        .campaign
-        .odometry
-        .as_ref()
-        .ok_or_else(|| CalibrateError::NoOdometry { dataset: dataset.campaign.name.clone() })
-}
-
-fn end_error(run: &Run, odometry: &OdometryParameters) -> Option<EndError> {
-    let surveyed = run.end?;
-    let believed = run.dead_reckoned_end(odometry)?;
-    Some(EndError {
-        x: surveyed.x - believed.x,
-        y: surveyed.y - believed.y,
-        heading: surveyed.heading.map(|heading| heading - believed.heading),
-    })
 }

@@ -4,10 +4,15 @@ use super::options::{SceneOptions, positive};
 use super::output;
 use super::watch::stop_on_ctrl_c;
 use crate::dataset::{Dataset, Protocol, Rotation, Travel};
-use crate::drive::{self, Task};
+use crate::drive::{self, SimulatedRun, Task};
 use crate::experiment::campaign;
 use crate::report::{json::DriveJson, text};
+use crate::scene::Scene;
+#[cfg(feature = "recording")]
+use anyhow::Context;
 use clap::{Args, ValueEnum};
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
 
 /// Arguments of `treadmark drive`.
 #[derive(Args)]
@@ -63,16 +68,53 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         None => protocol.kind().to_owned(),
     };
     let task = Task { name, protocol, speed: arguments.speed, turn_rate: arguments.turn_rate };
-    let result = drive::run(&scene, &task, arguments.scene.seed, None, stop)?;
+    let (result, recorded) = drive_recorded(arguments, &folder, &scene, &task, stop)?;
     Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] }.write(&folder)?;
 
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&DriveJson::from(&result))?);
     } else {
         print!("{}", text::drive(&result, text::Style::Terminal));
-        println!("results are in {}", folder.display());
+        println!("{}", output::where_to_look(&folder));
     }
-    Ok(())
+    recorded
+}
+
+/// Drives the task, watched by a recorder; beside the run, whether it could be recorded to its end.
+#[cfg(feature = "recording")]
+fn drive_recorded(
+    arguments: &Arguments,
+    folder: &Path,
+    scene: &Scene,
+    task: &Task,
+    stop: &AtomicBool,
+) -> anyhow::Result<(SimulatedRun, anyhow::Result<()>)> {
+    let seed = arguments.scene.seed;
+    if arguments.scene.no_recording {
+        return Ok((drive::run(scene, task, seed, None, stop)?, Ok(())));
+    }
+    let (recording, mut recorder) = super::record::drive(&folder.join(output::RECORDING), scene, &task.protocol)?;
+    let result = drive::run(scene, task, seed, Some(recorder.as_mut()), stop);
+    drop(recorder);
+    if let Ok(run) = &result {
+        recording.result(&text::drive(run, text::Style::Markdown));
+    }
+    let finished = recording.finish();
+    let result = result.with_context(|| format!("{} is kept as far as it got", folder.display()))?;
+    Ok((result, finished.map_err(Into::into)))
+}
+
+/// Drives the task; this build records nothing.
+#[cfg(not(feature = "recording"))]
+fn drive_recorded(
+    arguments: &Arguments,
+    _: &Path,
+    scene: &Scene,
+    task: &Task,
+    stop: &AtomicBool,
+) -> anyhow::Result<(SimulatedRun, anyhow::Result<()>)> {
+    output::note_missing_recording(arguments.scene.no_recording);
+    Ok((drive::run(scene, task, arguments.scene.seed, None, stop)?, Ok(())))
 }
 
 impl Arguments {

@@ -1,16 +1,9 @@
-//! `treadmark init`: a campaign for the lab with a tape measure, to be filled in.
+//! `treadmark init`: a campaign to fill in, for the lab with a tape measure.
 
 use super::output;
 use anyhow::Context;
 use clap::Args;
 use std::path::PathBuf;
-
-/// What the folder holds; `dataset.toml` comes last, so that a folder that holds one holds the whole dataset.
-const FILES: [(&str, &str); 3] = [
-    ("README.md", include_str!("template/README.md")),
-    ("runs.csv", include_str!("template/runs.csv")),
-    ("dataset.toml", include_str!("template/dataset.toml")),
-];
 
 /// Arguments of `treadmark init`.
 #[derive(Args)]
@@ -20,13 +13,18 @@ pub(super) struct Arguments {
     folder: PathBuf,
 }
 
+const TEMPLATE: [(&str, &str); 3] = [
+    ("README.md", include_str!("template/README.md")),
+    ("dataset.toml", include_str!("template/dataset.toml")),
+    ("runs.csv", include_str!("template/runs.csv")),
+];
+
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    let folder = output::folder(Some(&arguments.folder), "init")?;
-    for (name, text) in FILES {
-        let path = folder.join(name);
-        std::fs::write(&path, text).with_context(|| format!("{}: cannot be written", path.display()))?;
+    let folder = output::folder(Some(&arguments.folder), "campaign")?;
+    for (name, text) in TEMPLATE {
+        let file = folder.join(name);
+        std::fs::write(&file, text).with_context(|| format!("{}: cannot be written", file.display()))?;
     }
     println!("{} is ready: README.md says how to mark, drive, measure and note", folder.display());
-    println!("edit dataset.toml, fill in runs.csv, then: treadmark check {}", folder.display());
     Ok(())
 }

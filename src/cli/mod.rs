@@ -1,13 +1,17 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
+mod calibrate;
 mod check;
 mod drive;
 mod experiment;
 mod init;
 mod options;
 mod output;
+#[cfg(feature = "recording")]
+mod record;
 mod watch;
 
+use crate::report::text;
 use clap::{Parser, Subcommand};
 
 /// Simulates, calibrates and records the odometry of wheeled robots.
@@ -26,10 +30,14 @@ enum Command {
     Experiment(experiment::Arguments),
     /// Drive one run
     Drive(drive::Arguments),
-    /// Write a campaign template for the lab with a tape measure
+    /// Write a campaign to fill in, with instructions how to mark, drive, measure and note
     Init(init::Arguments),
     /// Say in plain words what looks wrong with a dataset, before anyone calculates; exit code 1 if anything does
     Check(check::Arguments),
+    /// Find wheel diameters and track from measured or simulated datasets, by every published method
+    Calibrate(calibrate::Arguments),
+    /// List the calibration methods, with source, needs and blind spots
+    Methods,
 }
 
 /// How a command ended that did what was asked for.
@@ -53,6 +61,8 @@ impl Cli {
             Some(Command::Drive(arguments)) => drive::run(&arguments)?,
             Some(Command::Init(arguments)) => init::run(&arguments)?,
             Some(Command::Check(arguments)) => return check::run(&arguments),
+            Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
+            Some(Command::Methods) => print!("{}", text::methods()),
         }
         Ok(Outcome::Done)
     }

@@ -1,5 +1,6 @@
 //! Options that several commands share.
 
+use crate::calibrate::{METHODS, Method};
 use crate::scene::{Contact, DEFAULT_TIME_STEP, ROBOTS, Scatter, Scene, Survey, WORLDS};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -85,4 +86,18 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
         Ok(value) if value.is_finite() && value > 0.0 => Ok(value),
         _ => Err("it must be a finite number above 0".to_owned()),
     }
+}
+
+/// Methods by name; `all` is every one.
+pub(super) fn methods(names: &[String]) -> anyhow::Result<Vec<&'static Method>> {
+    if names.iter().any(|name| name == "all") {
+        return Ok(METHODS.iter().collect());
+    }
+    let find = |name: &String| {
+        Method::named(name).ok_or_else(|| {
+            let known: Vec<&str> = METHODS.iter().map(|method| method.name).collect();
+            anyhow::anyhow!("--method {name}: no such method; there are: all, {}", known.join(", "))
+        })
+    };
+    names.iter().map(find).collect()
 }

@@ -4,6 +4,28 @@ use anyhow::Context;
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
+/// Name of the recording in a folder of results.
+#[cfg(feature = "recording")]
+pub(super) const RECORDING: &str = "recording.rrd";
+
+/// Says once what a build without the feature leaves out.
+#[cfg(not(feature = "recording"))]
+pub(super) fn note_missing_recording(unwanted: bool) {
+    if !unwanted {
+        eprintln!("note: this build makes no recordings (cargo feature `recording`)");
+    }
+}
+
+/// Where results are, and how to look at them.
+pub(super) fn where_to_look(folder: &Path) -> String {
+    let recording = folder.join("recording.rrd");
+    if recording.is_file() {
+        format!("results are in {}; look at them with `rerun {}`", folder.display(), recording.display())
+    } else {
+        format!("results are in {}", folder.display())
+    }
+}
+
 /// Makes the folder that was asked for, which must not exist yet; or a new numbered one under `recordings/`.
 pub(super) fn folder(asked: Option<&Path>, command: &str) -> anyhow::Result<PathBuf> {
     if let Some(path) = asked {

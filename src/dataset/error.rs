@@ -15,6 +15,14 @@ pub enum DatasetError {
         /// The system's reason.
         source: std::io::Error,
     },
+    /// Bytes that are no text.
+    #[error("{}, line {line}: is not UTF-8 text; save the file as UTF-8", path.display())]
+    NotText {
+        /// The file.
+        path: PathBuf,
+        /// Where the first of those bytes stands, from 1.
+        line: u64,
+    },
     /// A file or folder that cannot be written.
     #[error("{}: cannot be written: {source}", path.display())]
     Write {
@@ -24,10 +32,29 @@ pub enum DatasetError {
         source: std::io::Error,
     },
     /// A dataset that is there already.
-    #[error("{}: a dataset is there already, and results are never overwritten", path.display())]
+    #[error("{}: is there already, and results are never overwritten; write to a new folder", path.display())]
     Exists {
-        /// Its `dataset.toml`.
+        /// The file of it that was found.
         path: PathBuf,
+    },
+    /// A campaign that TOML cannot state, such as a path that is not UTF-8.
+    #[error("{}: cannot be stated in TOML: {source}", path.display())]
+    Unwritable {
+        /// `dataset.toml`.
+        path: PathBuf,
+        /// Why not.
+        source: toml::ser::Error,
+    },
+    /// A dataset that the format cannot hold: what would be read back is not what was to be written.
+    #[error(
+        "{}: {part} would not read back as it is; names begin and end without blanks, no log is empty, and all encoder logs of a campaign count the same channels in the same unit",
+        path.display()
+    )]
+    NotFaithful {
+        /// The folder.
+        path: PathBuf,
+        /// The first part that would differ.
+        part: Part,
     },
     /// `dataset.toml`: does not parse, an unknown or missing key, a value out of range.
     #[error("{}, {source}", path.display())]
@@ -61,6 +88,32 @@ pub enum DatasetError {
         /// What is allowed.
         allowed: String,
     },
+    /// A blank where something must be.
+    #[error("{}, line {line}, column `{column}`: must not be blank: {why}", path.display())]
+    Blank {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: u64,
+        /// Its name in the header.
+        column: String,
+        /// What it is for.
+        why: &'static str,
+    },
+    /// Part of a pose: x and y are measured both or neither, a heading only with them.
+    #[error("{}, line {line}, column `{blank}`: must not be blank beside `{value}` in `{filled}`: a pose is whole or blank", path.display())]
+    Together {
+        /// The file.
+        path: PathBuf,
+        /// From 1.
+        line: u64,
+        /// The column that is blank.
+        blank: &'static str,
+        /// A column of the same pose that is not.
+        filled: &'static str,
+        /// What stands in it.
+        value: String,
+    },
     /// Ticks that nobody can turn into radians.
     #[error(
         "{}: its columns count ticks, but neither odometry.ticks_per_revolution nor robot.ticks_per_revolution of dataset.toml says how many make a turn",
@@ -80,7 +133,7 @@ pub enum CsvProblem {
     #[error("the file is empty; it begins with a header: {expected}")]
     Empty {
         /// The header.
-        expected: String,
+        expected: &'static str,
     },
     /// A header and no rows.
     #[error("there are no runs below the header")]
@@ -97,7 +150,7 @@ pub enum CsvProblem {
         /// Its name.
         column: String,
         /// Those that are known.
-        known: Vec<String>,
+        known: Vec<&'static str>,
     },
     /// A column twice.
     #[error("column `{column}` stands there twice")]
@@ -121,18 +174,45 @@ pub enum CsvProblem {
         /// In the header.
         expected: usize,
     },
-    /// Values that stand together or not at all.
-    #[error("{columns} stand together or are blank together")]
-    Together {
-        /// Which columns.
-        columns: &'static str,
-    },
-    /// Bytes that are no text.
-    #[error("the file is not UTF-8 text")]
-    NotText,
-    /// Encoder columns that make no pair of sides.
+    /// A value over two lines: as good as always a quote without its partner.
+    #[error("a value runs over the end of the line; a double quote that opens a value needs one that closes it")]
+    LineBreak,
+    /// An encoder column without a side or a unit.
     #[error(
-        "encoder columns end in `_ticks` or `_rad`, all in one of the two, each named by a side: left_ticks,right_ticks, or one a wheel such as front_left_ticks; at least one for each side"
+        "unknown column `{column}`; encoder columns are left_ticks and right_ticks, left_rad and right_rad, or one a wheel, such as front_left_ticks"
     )]
-    EncoderColumns,
+    EncoderColumn {
+        /// Its name.
+        column: String,
+    },
+    /// Ticks beside radians.
+    #[error(
+        "columns `{first}` and `{column}` differ in their unit; all encoder columns count ticks, or all are in rad"
+    )]
+    MixedUnits {
+        /// The first encoder column.
+        first: String,
+        /// One of the other unit.
+        column: String,
+    },
+    /// Wheels on one side only.
+    #[error(
+        "no column of the {side} side; encoder columns are left_ticks and right_ticks, left_rad and right_rad, or one a wheel, such as front_{side}_ticks"
+    )]
+    MissingSide {
+        /// `left` or `right`.
+        side: &'static str,
+    },
+}
+
+/// Part of a dataset.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Part {
+    /// What `dataset.toml` states.
+    #[error("the campaign")]
+    Campaign,
+    /// One of its runs.
+    #[error("run `{0}`")]
+    Run(String),
 }

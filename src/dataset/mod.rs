@@ -12,9 +12,11 @@ use std::path::PathBuf;
 mod error;
 mod protocol;
 mod read;
+mod table;
+mod wire;
 mod write;
 
-pub use error::{CsvProblem, DatasetError};
+pub use error::{CsvProblem, DatasetError, Part};
 pub use protocol::{Protocol, Rotation, Travel};
 
 /// One campaign: the same robot, the same on-board odometry parameters, the same survey.

@@ -1,91 +1,106 @@
-//! Dataset → files. Each is written beside its place and then renamed into it; `dataset.toml` comes last, so that a
-//! folder that holds one holds the whole dataset.
+//! Dataset → files. What would not read back is refused; all files are staged beside their places before the first is
+//! renamed into its own; `dataset.toml` comes last, so that a folder that holds one holds the whole dataset.
 
-use super::error::DatasetError;
+use super::error::{DatasetError, Part};
 use super::protocol::Protocol;
-use super::{Dataset, DriveKind, EncoderUnit, Run, SurveyedPose};
+use super::read::{File, Files};
+use super::wire::DatasetFile;
+use super::{Dataset, EncoderUnit, Run, SurveyedPose};
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::Path;
+use tempfile::NamedTempFile;
 
 impl Dataset {
-    /// Writes the dataset into `folder`, which is made if need be and must not hold one already.
+    /// Writes the dataset into `folder`, which is made if need be and must not hold any file of a dataset already.
+    /// Reading gives the identical dataset; numbers are written as short as that allows.
     ///
     /// # Errors
-    /// A dataset that is there already, a full disk, a folder that cannot be written.
+    /// A file of a dataset that is there already; a full disk, a folder that cannot be written; anything that
+    /// [`Dataset::read`] would not accept (a NaN, two runs of one name) or would not give back as it was. An error
+    /// leaves no new `dataset.toml` behind, and, unless it is a rename that failed, no other file either.
     pub fn write(&self, folder: &Path) -> Result<(), DatasetError> {
-        std::fs::create_dir_all(folder).map_err(|source| DatasetError::Write { path: folder.to_owned(), source })?;
-        let toml = folder.join("dataset.toml");
-        if toml.exists() {
-            return Err(DatasetError::Exists { path: toml });
+        let files = self.files(folder)?;
+        self.check_faithful(folder, &files)?;
+        let cannot = |source| DatasetError::Write { path: folder.to_owned(), source };
+        std::fs::create_dir_all(folder).map_err(cannot)?;
+        // A stray log of another dataset would become part of this one.
+        for name in ["dataset.toml", "runs.csv", "encoders.csv", "poses.csv"] {
+            let path = folder.join(name);
+            if path.exists() {
+                return Err(DatasetError::Exists { path });
+            }
         }
-        write_file(folder.join("runs.csv"), &self.runs_csv())?;
-        if self.runs.iter().any(|run| run.encoders.is_some()) {
-            write_file(folder.join("encoders.csv"), &self.encoders_csv())?;
+        let Files { campaign, runs, encoders, poses } = files;
+        let staged = [Some(runs), encoders, poses, Some(campaign)]
+            .into_iter()
+            .flatten()
+            .map(|file| Ok((stage(&file, folder)?, file.path)))
+            .collect::<Result<Vec<_>, DatasetError>>()?;
+        for (temporary, path) in staged {
+            temporary.persist(&path).map_err(|error| DatasetError::Write { path, source: error.error })?;
         }
-        if self.runs.iter().any(|run| run.poses.is_some()) {
-            write_file(folder.join("poses.csv"), &self.poses_csv())?;
-        }
-        write_file(toml, &self.dataset_toml())
+        Ok(())
     }
 
-    fn dataset_toml(&self) -> String {
-        let campaign = &self.campaign;
-        let mut text = String::from("format = \"treadmark-dataset/1\"\n");
-        let mut put = |key: &str, value: Option<toml::Value>| {
-            if let Some(value) = value {
-                let _ = writeln!(text, "{key} = {value}");
-            }
+    fn files(&self, folder: &Path) -> Result<Files, DatasetError> {
+        let file = |name, text| File { path: folder.join(name), text };
+        let path = folder.join("dataset.toml");
+        let campaign = toml::to_string(&DatasetFile::from(self.campaign.clone()))
+            .map_err(|source| DatasetError::Unwritable { path: path.clone(), source })?;
+        let version = env!("CARGO_PKG_VERSION");
+        let text = format!("# By treadmark {version}. SI units and radians, as every key and column says.\n{campaign}");
+        Ok(Files {
+            campaign: File { path, text },
+            runs: file("runs.csv", self.runs_csv()),
+            encoders: self.encoders_csv().map(|text| file("encoders.csv", text)),
+            poses: self.poses_csv().map(|text| file("poses.csv", text)),
+        })
+    }
+
+    /// Reads the files back before they are files: what cannot be read again is better refused than kept.
+    fn check_faithful(&self, folder: &Path, files: &Files) -> Result<(), DatasetError> {
+        let back = Dataset::parse(files)?;
+        let part = if back.campaign != self.campaign {
+            Part::Campaign
+        } else if let Some((run, _)) = self.runs.iter().zip(&back.runs).find(|(run, back)| run != back) {
+            Part::Run(run.name.clone())
+        } else {
+            return Ok(());
         };
-        let string = |value: &Option<String>| value.clone().map(toml::Value::String);
-        let path = |value: &Option<PathBuf>| value.as_ref().map(|path| toml::Value::String(path.display().to_string()));
-        let number = |value: Option<f64>| value.map(toml::Value::Float);
-        put("name", Some(toml::Value::String(campaign.name.clone())));
-        put("description", string(&campaign.description));
-        put("source", string(&campaign.source));
-        put("licence", string(&campaign.licence));
-        let robot = &campaign.robot;
-        let drive = robot.drive.map(|drive| toml::Value::String(drive.as_str().to_owned()));
-        put("robot.model", path(&robot.model));
-        put("robot.drive", drive);
-        put("robot.nominal_wheel_diameter_m", number(robot.nominal_wheel_diameter));
-        put("robot.nominal_track_width_m", number(robot.nominal_track_width));
-        put("robot.wheelbase_m", number(robot.wheelbase));
-        put("robot.wheel_width_m", number(robot.wheel_width));
-        put("robot.mass_kg", number(robot.mass));
-        put("robot.ticks_per_revolution", number(robot.ticks_per_revolution));
-        put("world.model", path(&campaign.world_model));
-        if let Some(odometry) = &campaign.odometry {
-            put("odometry.left_wheel_radius_m", number(Some(odometry.left_wheel_radius)));
-            put("odometry.right_wheel_radius_m", number(Some(odometry.right_wheel_radius)));
-            put("odometry.track_width_m", number(Some(odometry.track_width)));
-            put("odometry.ticks_per_revolution", number(odometry.ticks_per_revolution));
+        Err(DatasetError::NotFaithful { path: folder.to_owned(), part })
+    }
+
+    /// Columns that are blank throughout are left out, but for the two that are required.
+    fn runs_csv(&self) -> String {
+        let columns = RUN_COLUMNS.map(|(name, cell)| (name, self.runs.iter().map(cell).collect::<Vec<_>>()));
+        let mut kept = Vec::new();
+        for (name, cells) in columns {
+            if ["run", "protocol"].contains(&name) || cells.iter().any(|cell| !cell.is_empty()) {
+                kept.push((name, cells));
+            }
         }
-        put("survey.method", string(&campaign.survey.method));
-        put("survey.position_std_m", number(campaign.survey.position_std));
-        put("survey.heading_std_rad", number(campaign.survey.heading_std));
-        for (key, value) in &campaign.conditions {
-            put(&format!("conditions.{}", quoted_key(key)), Some(value.clone()));
+        let mut text = kept.iter().map(|(name, _)| *name).collect::<Vec<_>>().join(",");
+        text.push('\n');
+        for row in 0..self.runs.len() {
+            text.push_str(&kept.iter().map(|(_, cells)| cells[row].as_str()).collect::<Vec<_>>().join(","));
+            text.push('\n');
         }
         text
     }
 
-    fn runs_csv(&self) -> String {
-        table(&RUN_COLUMNS.map(|(name, value)| (name.to_owned(), self.runs.iter().map(value).collect())))
-    }
-
-    fn encoders_csv(&self) -> String {
-        let logged = || self.runs.iter().filter_map(|run| Some((run, run.encoders.as_ref()?)));
-        let Some((_, first)) = logged().next() else { return String::new() };
-        let unit = first.unit.as_str();
+    fn encoders_csv(&self) -> Option<String> {
+        let logs = || self.runs.iter().filter_map(|run| Some((run, run.encoders.as_ref()?)));
+        let (_, first) = logs().next()?;
         let mut text = String::from("run,t_s");
         for channel in &first.channels {
-            let _ = write!(text, ",{channel}_{unit}");
+            let _ = write!(text, ",{channel}_{}", first.unit.as_str());
         }
         text.push('\n');
-        for (run, log) in logged() {
+        for (run, log) in logs() {
             let name = quoted(&run.name);
-            for (time, counts) in log.time.iter().zip(log.counts.chunks(log.channels.len())) {
+            // A log without channels has no counts to chunk; it is refused when the files are read back.
+            for (time, counts) in log.time.iter().zip(log.counts.chunks(log.channels.len().max(1))) {
                 let _ = write!(text, "{name},{time}");
                 for count in counts {
                     let _ = write!(text, ",{count}");
@@ -93,18 +108,25 @@ impl Dataset {
                 text.push('\n');
             }
         }
-        text
+        Some(text)
     }
 
-    fn poses_csv(&self) -> String {
-        let mut text = String::from("run,t_s,x_m,y_m,heading_rad\n");
-        for (run, log) in self.runs.iter().filter_map(|run| Some((run, run.poses.as_ref()?))) {
+    fn poses_csv(&self) -> Option<String> {
+        let logs = || self.runs.iter().filter_map(|run| Some((run, run.poses.as_ref()?)));
+        logs().next()?;
+        let headings = logs().any(|(_, log)| log.poses.iter().any(|pose| pose.heading.is_some()));
+        let mut text = String::from(if headings { "run,t_s,x_m,y_m,heading_rad\n" } else { "run,t_s,x_m,y_m\n" });
+        for (run, log) in logs() {
             let name = quoted(&run.name);
             for (time, pose) in log.time.iter().zip(&log.poses) {
-                let _ = writeln!(text, "{name},{time},{},{},{}", pose.x, pose.y, blank(pose.heading));
+                let _ = write!(text, "{name},{time},{},{}", pose.x, pose.y);
+                if headings {
+                    let _ = write!(text, ",{}", blank(pose.heading));
+                }
+                text.push('\n');
             }
         }
-        text
+        Some(text)
     }
 }
 
@@ -160,63 +182,24 @@ fn blank(value: Option<f64>) -> String {
     value.map_or(String::new(), |value| value.to_string())
 }
 
-/// Columns side by side; those blank throughout are left out, but for the first two.
-fn table(columns: &[(String, Vec<String>)]) -> String {
-    let kept: Vec<&(String, Vec<String>)> = columns
-        .iter()
-        .enumerate()
-        .filter(|(index, (_, cells))| *index < 2 || cells.iter().any(|cell| !cell.is_empty()))
-        .map(|(_, column)| column)
-        .collect();
-    let mut text = kept.iter().map(|(name, _)| name.as_str()).collect::<Vec<_>>().join(",");
-    text.push('\n');
-    for row in 0..kept.first().map_or(0, |(_, cells)| cells.len()) {
-        let cells: Vec<&str> = kept.iter().map(|(_, cells)| cells[row].as_str()).collect();
-        text.push_str(&cells.join(","));
-        text.push('\n');
-    }
-    text
-}
-
 /// A CSV cell of free text.
 fn quoted(text: &str) -> String {
-    if text.contains([',', '"', '\n', '\r']) || text.trim() != text {
-        format!("\"{}\"", text.replace('"', "\"\""))
-    } else {
-        text.to_owned()
-    }
+    if text.contains([',', '"', '\n', '\r']) { format!("\"{}\"", text.replace('"', "\"\"")) } else { text.to_owned() }
 }
 
-/// A TOML key of free text.
-fn quoted_key(key: &str) -> String {
-    let bare = !key.is_empty() && key.chars().all(|c| c.is_ascii_alphanumeric() || c == '_' || c == '-');
-    if bare { key.to_owned() } else { toml::Value::String(key.to_owned()).to_string() }
-}
-
-fn write_file(path: PathBuf, text: &str) -> Result<(), DatasetError> {
+/// The whole of a file, on disk under a temporary name in `folder`; gone again if it is dropped.
+fn stage(file: &File, folder: &Path) -> Result<NamedTempFile, DatasetError> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".treadmark-");
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)); // as the umask has it
     let write = || {
-        let folder = path.parent().unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".treadmark-");
-        #[cfg(unix)]
-        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666)); // as the umask has it
-        let mut file = builder.tempfile_in(folder)?;
-        file.write_all(text.as_bytes())?;
-        file.as_file().sync_all()?;
-        file.persist(&path).map_err(|error| error.error)?;
-        Ok(())
+        let mut temporary = builder.tempfile_in(folder)?;
+        temporary.write_all(file.text.as_bytes())?;
+        temporary.as_file().sync_all()?;
+        Ok(temporary)
     };
-    write().map_err(|source| DatasetError::Write { path: path.clone(), source })
-}
-
-impl DriveKind {
-    /// As `dataset.toml` spells it.
-    pub(super) fn as_str(self) -> &'static str {
-        match self {
-            DriveKind::SkidSteer => "skid-steer",
-            DriveKind::Differential => "differential",
-        }
-    }
+    write().map_err(|source| DatasetError::Write { path: file.path.clone(), source })
 }
 
 impl EncoderUnit {

@@ -5,7 +5,7 @@ use super::error::DriveError;
 use super::observe::{Observer, SNAPSHOT_RATE, Snapshot};
 use crate::dataset::{EncoderLog, EncoderUnit, PoseLog, Protocol, Run};
 use crate::geometry::Pose2;
-use crate::scene::{Scene, Side, Survey};
+use crate::scene::{Scene, Side, Survey, Wheel};
 use crate::world::{World, WorldError, steps_between};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
@@ -219,7 +219,7 @@ impl Logger {
             zero: (0..wheels.len()).map(|wheel| world.ticks_now(wheel)).collect(),
             log: EncoderLog {
                 unit: EncoderUnit::Ticks,
-                channels: wheels.iter().map(|wheel| wheel.name.clone()).collect(),
+                channels: wheels.iter().map(channel).collect(),
                 time: Vec::with_capacity(rows),
                 counts: Vec::with_capacity(rows * wheels.len()),
             },
@@ -241,6 +241,12 @@ impl Logger {
 fn noted(pose: Pose2) -> Pose2 {
     let round = |value: f64| (value * 1e7).round() / 1e7 + 0.0;
     Pose2::new(round(pose.x), round(pose.y), round(pose.heading))
+}
+
+/// Column of a wheel's encoder: its name, which has to end in its side.
+fn channel(wheel: &Wheel) -> String {
+    let side = if wheel.side == Side::Left { "left" } else { "right" };
+    if wheel.name.ends_with(side) { wheel.name.clone() } else { format!("{}_{side}", wheel.name) }
 }
 
 /// Reads true poses with noise. The start is a reading like any other, and every pose is stated in its frame.

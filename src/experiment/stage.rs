@@ -1,7 +1,7 @@
 //! One campaign of squares with one set of believed parameters.
 
-use crate::calibrate::{CalibrateError, CentreOfGravity, SquareErrors};
-use crate::dataset::{Campaign, Dataset, DatasetError, DriveKind, Protocol, RobotFacts, Rotation, SurveyFacts};
+use crate::calibrate::{CalibrateError, CentreOfGravity, SquareErrors, Training};
+use crate::dataset::{Campaign, Dataset, DatasetError, DriveKind, RobotFacts, SurveyFacts};
 use crate::drive::{self, DriveError, Observer, SimulatedRun, Task};
 use crate::odometry::OdometryParameters;
 use crate::scene::Scene;
@@ -75,21 +75,6 @@ impl Stage {
     }
 }
 
-/// The runs of a stage: every side, both ways round, `repeats` times.
-pub(super) fn tasks(sides: &[f64], repeats: usize) -> Vec<(Task, usize)> {
-    let mut tasks = Vec::new();
-    for &side in sides {
-        for direction in [Rotation::Clockwise, Rotation::CounterClockwise] {
-            for repeat in 1..=repeats {
-                let name = format!("{side}m-{}-{repeat}", direction.as_str());
-                let protocol = Protocol::Square { side, direction };
-                tasks.push((Task { name, protocol, speed: None, turn_rate: None }, repeat));
-            }
-        }
-    }
-    tasks
-}
-
 /// Drives the tasks of several stages side by side; results come in the order of the tasks, whatever the threads did.
 /// Runs that were stopped or failed are left out; the first failure, in that order, comes beside the rest.
 pub(super) fn drive_all(
@@ -130,7 +115,11 @@ pub(super) fn drive_all(
 pub(super) fn collect(name: &str, scene: &Scene, runs: Vec<SimulatedRun>) -> Result<Stage, CalibrateError> {
     let dataset =
         Dataset { campaign: campaign(scene, name), runs: runs.iter().map(|run| run.measured.clone()).collect() };
-    let sides = SquareErrors::of(&dataset)?
+    if dataset.runs.is_empty() {
+        let (name, odometry) = (name.to_owned(), scene.robot.odometry);
+        return Ok(Stage { name, odometry, dataset, runs, sides: Vec::new() });
+    }
+    let sides = SquareErrors::of(&Training::new(std::slice::from_ref(&dataset))?)
         .into_iter()
         .filter_map(|errors| {
             let (cw, ccw) = (errors.cw_centre()?, errors.ccw_centre()?);

@@ -1,6 +1,6 @@
 //! What a campaign looks like: its runs, where they ended, and what is suspicious.
 
-use crate::calibrate::{CentreOfGravity, SquareErrors, Suspicion};
+use crate::calibrate::{CentreOfGravity, SquareErrors, Suspicion, Training};
 use crate::dataset::{Dataset, Protocol};
 use serde::Serialize;
 use std::fmt::Write;
@@ -61,9 +61,9 @@ pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
         with(|run| run.poses.is_some()),
         with(|run| run.end.is_some_and(|end| end.heading.is_some()))
     );
-    match SquareErrors::of(dataset) {
-        Ok(groups) => {
-            for group in &groups {
+    match Training::new(std::slice::from_ref(dataset)) {
+        Ok(training) => {
+            for group in &SquareErrors::of(&training) {
                 squares(&mut text, group);
             }
         }

@@ -1,6 +1,6 @@
 //! The JSON of each command. Keys carry their units; they are part of the interface.
 
-use crate::calibrate::CentreOfGravity;
+use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Parameter, Score};
 use crate::drive::SimulatedRun;
 use crate::experiment::{Experiment, MethodResult, SideResult, Stage};
 use crate::geometry::Pose2;
@@ -117,7 +117,7 @@ impl ExperimentJson {
         let method = |result: &MethodResult| MethodJson {
             method: result.method,
             calibrated_on_side_m: result.calibrated_on_side,
-            estimate: (&result.estimate).into(),
+            estimate: (&result.estimate.correction()).into(),
             after: sides(&result.after),
             improvement: result.improvement(&experiment.before),
         };
@@ -126,6 +126,117 @@ impl ExperimentJson {
             seed,
             before: sides(&experiment.before),
             methods: experiment.methods.iter().map(method).collect(),
+        }
+    }
+}
+
+/// A corrected quantity; an infinite or unknown σ is `null`.
+#[derive(Debug, Clone, Serialize)]
+pub struct ParameterJson {
+    value: f64,
+    std_dev: Option<f64>,
+}
+
+/// Corrections with their σ.
+#[derive(Debug, Clone, Serialize)]
+pub struct UncertainJson {
+    diameter_ratio: ParameterJson,
+    track_ratio: ParameterJson,
+    distance_scale: ParameterJson,
+    not_fixed: Option<&'static str>,
+}
+
+/// Errors of predicted end points before and after; an undefined one is `null`.
+#[derive(Debug, Clone, Serialize)]
+pub struct ScoreJson {
+    position_rmse_before_m: f64,
+    position_rmse_after_m: f64,
+    heading_rmse_before_rad: Option<f64>,
+    heading_rmse_after_rad: Option<f64>,
+    e_max_syst_before_m: Option<f64>,
+    e_max_syst_after_m: Option<f64>,
+}
+
+/// What a method's approximations bias its estimate by.
+#[derive(Debug, Clone, Serialize)]
+pub struct BiasJson {
+    diameter_ratio: f64,
+    track_over_scale: f64,
+    distance_scale: f64,
+}
+
+/// One method of `calibrate --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct OutcomeJson {
+    method: &'static str,
+    applicable: bool,
+    reason: Option<String>,
+    estimate: Option<UncertainJson>,
+    bias: Option<BiasJson>,
+    in_sample: Option<ScoreJson>,
+    held_out: Option<ScoreJson>,
+}
+
+/// `calibrate --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct CalibrationJson {
+    methods: Vec<OutcomeJson>,
+    best: Option<&'static str>,
+    held_out_by: &'static str,
+    model_is_enough: Option<bool>,
+}
+
+impl From<&Parameter> for ParameterJson {
+    fn from(parameter: &Parameter) -> Self {
+        ParameterJson { value: parameter.value, std_dev: Some(parameter.std_dev).filter(|std_dev| std_dev.is_finite()) }
+    }
+}
+
+impl From<&Estimate> for UncertainJson {
+    fn from(estimate: &Estimate) -> Self {
+        UncertainJson {
+            diameter_ratio: (&estimate.diameter_ratio).into(),
+            track_ratio: (&estimate.track_ratio).into(),
+            distance_scale: (&estimate.distance_scale).into(),
+            not_fixed: estimate.not_fixed,
+        }
+    }
+}
+
+impl From<&Score> for ScoreJson {
+    fn from(score: &Score) -> Self {
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        ScoreJson {
+            position_rmse_before_m: score.position_rmse_before,
+            position_rmse_after_m: score.position_rmse_after,
+            heading_rmse_before_rad: finite(score.heading_rmse_before),
+            heading_rmse_after_rad: finite(score.heading_rmse_after),
+            e_max_syst_before_m: score.e_max_syst_before,
+            e_max_syst_after_m: score.e_max_syst_after,
+        }
+    }
+}
+
+impl From<&Calibration> for CalibrationJson {
+    fn from(calibration: &Calibration) -> Self {
+        let outcome = |outcome: &MethodOutcome| OutcomeJson {
+            method: outcome.method.name,
+            applicable: outcome.estimate.is_ok(),
+            reason: outcome.estimate.as_ref().err().map(ToString::to_string),
+            estimate: outcome.estimate.as_ref().ok().map(UncertainJson::from),
+            bias: outcome.bias.map(|[diameter_ratio, track_over_scale, distance_scale]| BiasJson {
+                diameter_ratio,
+                track_over_scale,
+                distance_scale,
+            }),
+            in_sample: outcome.in_sample.as_ref().map(ScoreJson::from),
+            held_out: outcome.held_out.as_ref().map(ScoreJson::from),
+        };
+        CalibrationJson {
+            methods: calibration.outcomes.iter().map(outcome).collect(),
+            best: calibration.best().map(|best| best.method.name),
+            held_out_by: if calibration.held_out_by_name { "dataset" } else { "folds by run" },
+            model_is_enough: calibration.model_is_enough(),
         }
     }
 }

@@ -1,5 +1,6 @@
-//! Results → text and JSON. Every number that a command prints comes from here, in one wording.
+//! Results → text, JSON, ROS 2 parameters. Every number that a command prints comes from here, in one wording.
 
 pub mod check;
 pub mod json;
+pub mod ros2;
 pub mod text;

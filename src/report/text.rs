@@ -1,11 +1,11 @@
 //! Tables for the terminal, and the same as markdown for the recording's text panel.
 
-use crate::calibrate::CentreOfGravity;
+use crate::calibrate::{Calibration, CentreOfGravity, Estimate, METHODS, MethodOutcome, Parameter, Score};
 use crate::drive::SimulatedRun;
 use crate::experiment::{Experiment, MethodResult, Stage};
 use crate::geometry::Pose2;
 use comfy_table::presets::{ASCII_MARKDOWN, UTF8_FULL_CONDENSED};
-use comfy_table::{CellAlignment, Table};
+use comfy_table::{CellAlignment, ContentArrangement, Table};
 use std::fmt::Write;
 
 /// How tables are drawn.
@@ -17,17 +17,31 @@ pub enum Style {
     Markdown,
 }
 
-/// End points of every stage of an experiment, and what the calibration gained.
-pub fn experiment(experiment: &Experiment, style: Style) -> String {
+/// What the calibrations of an experiment gained and where the squares ended, for the stages that `shown` keeps.
+pub fn experiment(experiment: &Experiment, style: Style, shown: impl Fn(&Stage) -> bool) -> String {
     let mut text = String::new();
-    heading(&mut text, style, "Where the squares ended: centres of gravity of surveyed − dead-reckoned end points");
+    if !experiment.methods.is_empty() {
+        heading(&mut text, style, "What each calibration found, and gained at the side that it was calibrated on");
+        let mut table =
+            table(style, &["method", "squares used", "E_d", "E_b", "E_s", "E_max,syst before", "after", "better by"]);
+        for result in experiment.methods.iter().filter(|result| shown(&result.after)) {
+            table.add_row(gain(result, &experiment.before));
+        }
+        push(&mut text, &table, style);
+        text.push_str("corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ\n\n");
+    }
+    heading(
+        &mut text,
+        style,
+        "Where the squares ended: centres of gravity of surveyed − dead-reckoned end points [mm]",
+    );
     let mut table = table(style, &["squares", "runs", "x cw", "y cw", "r cw", "x ccw", "y ccw", "r ccw", "E_max,syst"]);
-    let mut rows = |label: &str, stage: &Stage| {
+    for stage in experiment.stages().filter(|stage| shown(stage)) {
         for side in &stage.sides {
             let mm = |value: f64| format!("{:.1}", 1e3 * value);
             let CentreOfGravity { x, y, .. } = side.cw;
             table.add_row([
-                format!("{label}, {} m", side.side),
+                format!("{}: {} m", stage.name.replace('_', " "), side.side),
                 format!("{}+{}", side.cw.runs, side.ccw.runs),
                 mm(x),
                 mm(y),
@@ -38,50 +52,184 @@ pub fn experiment(experiment: &Experiment, style: Style) -> String {
                 mm(side.e_max_syst()),
             ]);
         }
-    };
-    rows("before", &experiment.before);
-    for result in &experiment.methods {
-        rows(&format!("{} from {} m", result.method, result.calibrated_on_side), &result.after);
     }
     push(&mut text, &table, style);
-    text.push_str("millimetres; E_max,syst is the larger of the two r\n\n");
+    text.push_str("E_max,syst is the larger of the two r\n\n");
+    text.push_str(&paper(style));
+    text
+}
 
-    if !experiment.methods.is_empty() {
-        heading(&mut text, style, "What the calibration found, and gained where it was calibrated");
-        let mut table = self::table(
-            style,
-            &[
-                "method",
-                "squares used",
-                "diameter ratio E_d",
-                "track ratio E_b",
-                "E_max,syst before",
-                "after",
-                "better by",
-            ],
-        );
-        for result in &experiment.methods {
-            table.add_row(gain(result, &experiment.before));
-        }
-        push(&mut text, &table, style);
+/// Table I of Bei, Ping & Gao: r_cg CW, r_cg CCW and E_max,syst as printed \[m\].
+const TABLE_I: [(&str, f64, f64, f64); 3] = [
+    ("before compensation", 0.4583, 0.5043, 0.5043),
+    ("UMBmark method", 0.2019, 0.4175, 0.2019),
+    ("proposed method", 0.0769, 0.1099, 0.1099),
+];
+
+/// The paper's own table, 2 m squares of the real robot, with E_max,syst as printed and as its eq 11 makes it.
+fn paper(style: Style) -> String {
+    let mut text = String::new();
+    heading(&mut text, style, "For comparison, the paper's Table I: 2 m squares of the real JNPF-4WD [mm]");
+    let mut table =
+        table(style, &["", "r cw", "r ccw", "E_max,syst printed", "recomputed", "better by, printed", "recomputed"]);
+    let before = TABLE_I[0];
+    for (label, cw, ccw, printed) in TABLE_I {
+        let recomputed = cw.max(ccw);
+        table.add_row([
+            label.to_owned(),
+            format!("{:.1}", 1e3 * cw),
+            format!("{:.1}", 1e3 * ccw),
+            format!("{:.1}", 1e3 * printed),
+            format!("{:.1}", 1e3 * recomputed),
+            format!("{:.1} ×", before.3 / printed),
+            format!("{:.1} ×", before.3 / recomputed),
+        ]);
     }
+    push(&mut text, &table, style);
+    text.push_str("eq 11 is a maximum; the paper's UMBmark row prints the minimum\n\n");
     text
 }
 
 /// One row of the gain table.
-fn gain(result: &MethodResult, before: &Stage) -> [String; 7] {
+fn gain(result: &MethodResult, before: &Stage) -> [String; 8] {
     let side = result.calibrated_on_side;
     let e_max =
         |stage: &Stage| stage.side(side).map_or("–".into(), |entry| format!("{:.1} mm", 1e3 * entry.e_max_syst()));
+    let estimate = &result.estimate;
     [
         result.method.to_owned(),
         format!("{side} m"),
-        format!("{:.6}", result.estimate.diameter_ratio),
-        format!("{:.5}", result.estimate.track_ratio),
+        parameter(&estimate.diameter_ratio),
+        parameter(&estimate.track_ratio),
+        parameter(&estimate.distance_scale),
         e_max(before),
         e_max(&result.after),
         result.improvement(before).map_or("–".into(), |gain| format!("{gain:.1} ×")),
     ]
+}
+
+/// A value with its σ, in the digits that the σ leaves.
+fn parameter(parameter: &Parameter) -> String {
+    let Parameter { value, std_dev } = *parameter;
+    if std_dev.is_infinite() {
+        return if value == 1.0 { "1 (assumed)".to_owned() } else { format!("{value:.4} if E_s = 1") };
+    }
+    if std_dev.is_nan() || std_dev <= 0.0 {
+        return format!("{value:.5}");
+    }
+    let digits = (1.0 - std_dev.log10().floor()).clamp(2.0, 8.0) as usize;
+    format!("{value:.digits$} ± {std_dev:.digits$}")
+}
+
+/// What every method found in data, how well it predicts, and which to take.
+pub fn calibration(calibration: &Calibration) -> String {
+    let style = Style::Terminal;
+    let mut text = String::new();
+    heading(
+        &mut text,
+        style,
+        "Corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ",
+    );
+    let mut table = table(style, &["method", "E_d", "E_b", "E_s", "its own bias: E_d", "E_b/E_s"]);
+    let applicable =
+        || calibration.outcomes.iter().filter_map(|outcome| Some((outcome, outcome.estimate.as_ref().ok()?)));
+    for (outcome, estimate) in applicable() {
+        table.add_row([
+            outcome.method.name.to_owned(),
+            parameter(&estimate.diameter_ratio),
+            parameter(&estimate.track_ratio),
+            parameter(&estimate.distance_scale),
+            outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[0])),
+            outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[1])),
+        ]);
+    }
+    push(&mut text, &table, style);
+    text.push_str(
+        "own bias: what the method finds less what went in, on noise-free end poses of a robot like this one\n",
+    );
+
+    let held_out = if calibration.held_out_by_name { "held out" } else { "each run from the others" };
+    heading(
+        &mut text,
+        style,
+        &format!(
+            "\nErrors of predicted end points: position [mm] and heading [mrad] RMS, E_max,syst [mm]; {held_out}: not seen by the fit"
+        ),
+    );
+    let mut table =
+        self::table(style, &["method", "in sample", "heading", "E_max,syst", held_out, "heading", "E_max,syst"]);
+    if let Some(first) = calibration.outcomes.iter().find(|outcome| outcome.in_sample.is_some()) {
+        table.add_row(score_row("before", first, |score| {
+            (score.position_rmse_before, score.heading_rmse_before, score.e_max_syst_before)
+        }));
+    }
+    for (outcome, _) in applicable() {
+        table.add_row(score_row(outcome.method.name, outcome, |score| {
+            (score.position_rmse_after, score.heading_rmse_after, score.e_max_syst_after)
+        }));
+    }
+    push(&mut text, &table, style);
+
+    for outcome in &calibration.outcomes {
+        if let Err(reason) = &outcome.estimate {
+            let _ = writeln!(text, "not applicable: {}: {reason}", outcome.method.name);
+        }
+    }
+    text.push('\n');
+    let Some(best) = calibration.best() else {
+        text.push_str("No method could be checked on runs that it had not seen.\n");
+        return text;
+    };
+    if let (Some(selection), Some(before)) = (best.selection, best.in_sample) {
+        let _ = writeln!(
+            text,
+            "Take {}: it predicts each run from the others to {:.1} mm RMS, {:.1} times better than before.",
+            best.method.name,
+            1e3 * selection,
+            before.position_rmse_before / selection
+        );
+    }
+    if let Ok(Estimate { not_fixed: Some(words), .. }) = &best.estimate {
+        let _ = writeln!(text, "Not fixed by these data: {words}.");
+    }
+    if let (Some(false), Some(held_out), Some(selection)) =
+        (calibration.model_is_enough(), best.held_out, best.selection)
+    {
+        let _ = writeln!(
+            text,
+            "Wheel diameters and track are not enough for these data: what predicts the training runs to {:.1} mm predicts the held-out ones to {:.1} mm only. `treadmark diagnose` looks for the cause.",
+            1e3 * selection,
+            1e3 * held_out.position_rmse_after
+        );
+    }
+    text
+}
+
+/// A row of the error table.
+fn score_row(label: &str, outcome: &MethodOutcome, of: impl Fn(&Score) -> (f64, f64, Option<f64>)) -> [String; 7] {
+    let milli = |value: f64| if value.is_finite() { format!("{:.1}", 1e3 * value) } else { "–".to_owned() };
+    let cells = |score: &Option<Score>| match score {
+        Some(score) => {
+            let (position, heading, e_max) = of(score);
+            [milli(position), milli(heading), milli(e_max.unwrap_or(f64::NAN))]
+        }
+        None => ["–", "–", "–"].map(str::to_owned),
+    };
+    let ([a, b, c], [d, e, f]) = (cells(&outcome.in_sample), cells(&outcome.held_out));
+    [label.to_owned(), a, b, c, d, e, f]
+}
+
+/// Every method with its source, what it needs and what it cannot see.
+pub fn methods() -> String {
+    let mut table = table(Style::Terminal, &["method", "source", "needs", "cannot see"]);
+    for column in table.column_iter_mut() {
+        column.set_cell_alignment(CellAlignment::Left);
+    }
+    table.set_content_arrangement(ContentArrangement::Dynamic).set_width(140);
+    for method in &METHODS {
+        table.add_row([method.name, method.source, method.needs, method.blind_to]);
+    }
+    format!("{table}\n")
 }
 
 /// Where one run ended, by truth, by dead reckoning and by survey.

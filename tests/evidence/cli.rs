@@ -165,19 +165,29 @@ fn an_existing_folder_is_left_alone() {
     assert_eq!(std::fs::read_to_string(kept.join("thesis.txt")).expect("it is there"), "years of work");
 }
 
-/// A file-size limit stands for a full disk: writes fail in the same place, with the system's reason.
+/// A file-size limit stands for a full disk: writes fail in the same place, with the system's reason. Results that no
+/// longer fit are one message; a recording breaks off readably and costs nothing else.
 #[cfg(unix)]
 #[test]
 fn a_full_disk_is_one_message_and_keeps_what_was_there() {
-    let folder = tempfile::tempdir().expect("a temporary folder");
     let program = assert_cmd::cargo::cargo_bin("treadmark");
-    let script = format!("trap '' XFSZ; ulimit -f 40; exec '{}' drive --side 1 --out full", program.display());
-    let output = Command::new("bash").args(["-c", &script]).current_dir(folder.path()).output().expect("bash starts");
-    let stderr = text(&output.stderr);
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert_eq!(stderr.matches("error:").count(), 1, "{stderr}");
-    assert!(stderr.contains("cannot be written") && !stderr.contains("panicked"), "{stderr}");
-    assert!(!folder.path().join("full/dataset.toml").exists(), "a folder with a dataset.toml holds a whole dataset");
+    for (limit, options, message, kept) in
+        [(40, "--no-recording", "cannot be written", false), (400, "", "the recording breaks off here", true)]
+    {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let script = format!(
+            "trap '' XFSZ; ulimit -f {limit}; exec '{}' drive --side 1 --out full {options}",
+            program.display()
+        );
+        let output =
+            Command::new("bash").args(["-c", &script]).current_dir(folder.path()).output().expect("bash starts");
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{stderr}");
+        assert_eq!(stderr.matches("error:").count(), 1, "{stderr}");
+        assert!(stderr.contains(message) && !stderr.contains("panicked"), "{stderr}");
+        // A folder with a dataset.toml holds a whole dataset.
+        assert_eq!(folder.path().join("full/dataset.toml").exists(), kept, "{stderr}");
+    }
 }
 
 #[test]
@@ -236,4 +246,115 @@ fn experiment_prints_its_json_and_does_not_depend_on_threads() {
         let file = |number: u32| folder.path().join(format!("recordings/experiment-00{number}/{stage}/{file}"));
         assert_eq!(std::fs::read(file(1)).expect("it is there"), std::fs::read(file(2)).expect("it is there"));
     }
+}
+
+/// A campaign as a lab with a tape measure notes it: two files, end points alone.
+const TAPE_TOML: &str = "format = \"treadmark-dataset/1\"\nname = \"tape\"\n[odometry]\nleft_wheel_radius_m = 0.1\n\
+    right_wheel_radius_m = 0.1\ntrack_width_m = 0.6\n[survey]\nposition_std_m = 0.002\nheading_std_rad = 0.003\n";
+const TAPE_RUNS: &str = "run,protocol,side_m,direction,x_m,y_m,heading_rad\n\
+    1,square,4,cw,-0.31,-0.33,-6.12\n2,square,4,cw,-0.32,-0.34,-6.13\n3,square,4,cw,-0.30,-0.32,-6.12\n\
+    4,square,4,ccw,-0.35,0.38,6.10\n5,square,4,ccw,-0.36,0.37,6.11\n6,square,4,ccw,-0.34,0.38,6.10\n";
+
+fn tape(runs: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let data = folder.path().join("tape");
+    std::fs::create_dir(&data).expect("it is new");
+    std::fs::write(data.join("dataset.toml"), TAPE_TOML).expect("it can be written");
+    std::fs::write(data.join("runs.csv"), runs).expect("it can be written");
+    folder
+}
+
+/// End points alone suffice; the JSON is the documented one; the ROS 2 file is written once.
+#[test]
+fn calibrate_takes_a_tape_measured_campaign() {
+    let folder = tape(TAPE_RUNS);
+    let calibrate = |options: &[&str]| {
+        let output = treadmark(folder.path()).args(["calibrate", "tape"]).args(options).output().expect("it starts");
+        (output.status.code(), text(&output.stdout), text(&output.stderr))
+    };
+    let (code, stdout, stderr) = calibrate(&["--json", "--ros2", "controller.yaml"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    let json: Value = serde_json::from_str(&stdout).expect("stdout is JSON alone");
+    let methods = json["methods"].as_array().expect("a list");
+    assert_eq!(methods.len(), 11);
+    let of = |name: &str| methods.iter().find(|method| method["method"] == name).expect("it is listed");
+    for name in ["umbmark", "umbmark_y", "umbmark_xy", "jung2012", "exact_heading", "maximum_likelihood"] {
+        let method = of(name);
+        assert_eq!(method["applicable"], true, "{name}");
+        assert!(
+            (method["estimate"]["track_ratio"]["value"].as_f64().expect("a number") - 1.027).abs() < 0.01,
+            "{method}"
+        );
+        assert!(method["estimate"]["diameter_ratio"]["std_dev"].is_f64(), "{method}");
+        assert!(method["estimate"]["distance_scale"]["std_dev"].is_null(), "end points do not fix the scale");
+        for score in ["in_sample", "held_out"] {
+            for key in ["position_rmse", "heading_rmse", "e_max_syst"] {
+                let unit = if key == "heading_rmse" { "rad" } else { "m" };
+                let value = |when: &str| method[score][format!("{key}_{when}_{unit}")].as_f64().expect("a number");
+                assert!(value("after") < 0.5 * value("before"), "{name}: {score} {key}");
+            }
+        }
+    }
+    for name in ["lee2011", "bei2018", "antonelli2005", "censi2013"] {
+        assert_eq!(of(name)["applicable"], false, "{name}");
+        assert!(of(name)["reason"].is_string() && of(name)["estimate"].is_null(), "{name}");
+    }
+    assert!(json["best"].is_string());
+    let yaml = std::fs::read_to_string(folder.path().join("controller.yaml")).expect("it is written");
+    assert!(yaml.contains("wheel_separation_multiplier:") && yaml.contains("Not fixed by the data: E_s against E_b"));
+    let (code, _, stderr) = calibrate(&["--ros2", "controller.yaml"]);
+    assert_eq!(code, Some(2), "an existing file is left alone");
+    assert!(stderr.contains("controller.yaml: cannot be made"), "{stderr}");
+    let (_, stdout, _) = calibrate(&["--method", "umbmark,exact_heading"]);
+    assert!(stdout.contains("exact_heading") && !stdout.contains("jung2012"), "{stdout}");
+}
+
+#[test]
+fn calibrate_says_what_data_lack() {
+    let one_direction: String =
+        TAPE_RUNS.lines().filter(|line| !line.contains("ccw")).map(|line| format!("{line}\n")).collect();
+    let folder = tape(&one_direction);
+    let output = treadmark(folder.path()).args(["calibrate", "tape"]).output().expect("it starts");
+    let stdout = text(&output.stdout);
+    assert!(stdout.contains("umbmark: dataset `tape` has no surveyed ccw square of 4 m"), "{stdout}");
+    for (runs, arguments, parts) in [
+        (
+            one_direction.as_str(),
+            &["calibrate", "tape", "--method", "umbmark"][..],
+            &["no method is applicable", "needs both directions"][..],
+        ),
+        (TAPE_RUNS, &["calibrate", "nowhere"], &["nowhere/dataset.toml: cannot be read"]),
+        (
+            TAPE_RUNS,
+            &["calibrate", "tape", "--method", "guess"],
+            &["--method guess: no such method", "maximum_likelihood"],
+        ),
+        (TAPE_RUNS, &["calibrate"], &["<DATASET>..."]),
+        ("run,protocol,side_m,direction\n1,square,4,cw\n", &["calibrate", "tape"], &["no run with a surveyed end"]),
+    ] {
+        let folder = tape(runs);
+        refused(folder.path(), arguments, parts);
+    }
+}
+
+/// The template reads as it is, says what is still missing, and calibrates once it is filled in.
+#[test]
+fn init_writes_a_campaign_that_reads() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let init = || treadmark(folder.path()).args(["init", "mine"]).output().expect("it starts");
+    assert!(init().status.success());
+    let dataset = treadmark::dataset::Dataset::read(&folder.path().join("mine")).expect("the template is valid");
+    assert_eq!(dataset.runs.len(), 13);
+    refused(folder.path(), &["calibrate", "mine"], &["no run with a surveyed end"]);
+    refused(folder.path(), &["init", "mine"], &["mine: exists already"]);
+    // The example of its instructions is a run that the format takes.
+    let runs = folder.path().join("mine/runs.csv");
+    let text = std::fs::read_to_string(&runs).expect("it is there");
+    let filled = text
+        .replace("cw-1,square,4,cw,,,", "cw-1,square,4,cw,-0.31,-0.33,-6.12")
+        .replace("ccw-1,square,4,ccw,,,", "ccw-1,square,4,ccw,-0.35,0.38,6.10")
+        .replace("straight-1,straight,4,forward,,,", "straight-1,straight,4,forward,4.02,0.01,0.002");
+    std::fs::write(runs, filled).expect("it can be written");
+    let output = treadmark(folder.path()).args(["calibrate", "mine"]).output().expect("it starts");
+    assert!(output.status.success());
 }

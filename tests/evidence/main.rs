@@ -3,6 +3,7 @@
 mod allocation;
 mod analytic;
 mod architecture;
+mod calibration;
 mod check;
 mod cli;
 mod dataset;
