@@ -20,7 +20,7 @@ pub(super) struct ExperimentRecorder {
 impl ExperimentRecorder {
     pub(super) fn create(file: &Path, scene: &Scene, plan: &Plan) -> Result<Self, RecordingError> {
         let side = plan.longest();
-        let mut stages = vec!["before".to_owned()];
+        let mut stages = vec![Experiment::BEFORE.to_owned()];
         stages.extend(SHOWN.map(|method| Experiment::stage_after(method, side)));
         let featured: Vec<RunLabel> = [&stages[0], &stages[stages.len() - 1]]
             .into_iter()

@@ -2,7 +2,7 @@
 
 use crate::dataset::DatasetError;
 use crate::drive::{Observer, SimulatedRun};
-use crate::experiment::{Stage, StageRun, Watch};
+use crate::experiment::{Experiment, Stage, StageRun, Watch};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::Path;
 use std::sync::OnceLock;
@@ -52,6 +52,16 @@ impl Watch for Watcher<'_> {
     }
 
     fn stage_ended(&self, stage: &Stage) -> Result<(), DatasetError> {
-        if stage.dataset.runs.is_empty() { Ok(()) } else { stage.dataset.write(&self.folder.join(&stage.name)) }
+        if stage.dataset.runs.is_empty() {
+            return Ok(());
+        }
+        let mut dataset = stage.dataset.clone();
+        if stage.name != Experiment::BEFORE {
+            // Logs of every method's robot would be 50 MB that hardly anyone reads; its end points say how good it is.
+            for run in &mut dataset.runs {
+                (run.encoders, run.poses) = (None, None);
+            }
+        }
+        dataset.write(&self.folder.join(&stage.name))
     }
 }

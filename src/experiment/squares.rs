@@ -90,6 +90,9 @@ pub struct MethodResult {
 }
 
 impl Experiment {
+    /// Name of the uncalibrated stage.
+    pub const BEFORE: &'static str = "before";
+
     /// Before, then after each method.
     pub fn stages(&self) -> impl Iterator<Item = &Stage> {
         std::iter::once(&self.before).chain(self.methods.iter().map(|method| &method.after))
@@ -147,7 +150,7 @@ pub fn squares(
     };
     let squares = plan.squares();
     let with_straight = [&squares[..], &[plan.straight()]].concat();
-    let before = drive(vec![("before".to_owned(), scene.clone())], &with_straight)?.remove(0);
+    let before = drive(vec![(Experiment::BEFORE.to_owned(), scene.clone())], &with_straight)?.remove(0);
     if stop.load(Ordering::Relaxed) {
         return Ok(Experiment { before, methods: Vec::new(), not_applicable: Vec::new(), complete: false });
     }
