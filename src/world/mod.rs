@@ -64,7 +64,6 @@ struct RunningWheel {
     commanded_speed: f64,
     voltage: f64,
     motor_torque: f64,
-    motor_on: bool,
     /// Against the chassis, since the start \[rad\].
     angle: f64,
     load: f64,
@@ -124,7 +123,6 @@ impl World {
                 commanded_speed: 0.0,
                 voltage: 0.0,
                 motor_torque: 0.0,
-                motor_on: true,
                 angle: 0.0,
                 load: 0.0,
                 force: [0.0; 2],
@@ -184,13 +182,6 @@ impl World {
         self.wheels[wheel].commanded_speed = speed;
     }
 
-    /// Turns all motors off (freewheeling but for friction and rotor) or on.
-    pub fn power_motors(&mut self, on: bool) {
-        for wheel in &mut self.wheels {
-            wheel.motor_on = on;
-        }
-    }
-
     /// What the controller has got from a wheel's encoder: quantised, and late by the latency.
     pub fn ticks(&self, wheel: usize) -> i64 {
         self.wheels[wheel].ticks
@@ -213,16 +204,6 @@ impl World {
         let body = &self.physics.bodies[running.handle];
         let axle = *body.rotation() * running.axle;
         (body.angvel() - self.chassis().angvel()).dot(axle)
-    }
-
-    /// Load on a wheel in the last step \[N\].
-    pub fn wheel_load(&self, wheel: usize) -> f64 {
-        self.wheels[wheel].load
-    }
-
-    /// Force of the ground on a wheel in the last step, along and to the left \[N\].
-    pub fn wheel_force(&self, wheel: usize) -> [f64; 2] {
-        self.wheels[wheel].force
     }
 
     /// room_from_base.
@@ -330,7 +311,7 @@ impl World {
             let axle = *body.rotation() * running.axle;
             let speed = (body.angvel() - chassis_spin).dot(axle);
             let drivetrain = &self.scene.robot.drivetrain;
-            running.motor_torque = if running.motor_on { drivetrain.motor_torque(running.voltage, speed) } else { 0.0 };
+            running.motor_torque = drivetrain.motor_torque(running.voltage, speed);
             let drive = axle * (running.motor_torque + running.friction.torque(drivetrain, speed, dt));
             reaction -= drive;
             let (force, torque) = if rigid {

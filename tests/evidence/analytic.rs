@@ -1,32 +1,20 @@
 //! Closed forms and limits. Each test says where its tolerance comes from.
 
 use crate::quasi_static;
-use crate::rig::{ideal, ramp_to, rolling_radius, rotation, run, settled, step_for, track_factor_in_spin};
+use crate::rig::{ideal, ramp_to, rolling_radius, rotation, run, settled, step_for, track_factor_in_spin, tyre};
 use std::f64::consts::FRAC_PI_2;
 use treadmark::dataset::{Protocol, Rotation, Travel};
 use treadmark::geometry::Pose2;
 use treadmark::odometry::OdometryCorrection;
-use treadmark::scene::{GRAVITY, Scene, Side, Tyre};
+use treadmark::scene::{GRAVITY, Scene, Side};
 use treadmark::world::{Patch, PatchMotion};
-
-fn tyre() -> Tyre {
-    Tyre {
-        free_radius: 0.1,
-        width: 0.05,
-        vertical_stiffness: 60e3,
-        vertical_damping: 400.0,
-        slip_stiffness: 15.0,
-        friction_along: 0.8,
-        friction_across: 0.8,
-    }
-}
 
 /// Steady pure side slip is Pacejka's brush model: F = μN(1 − (1 − θ)³) with θ = C·tan α/(3μN) below full sliding
 /// [Pacejka, *Tyre and Vehicle Dynamics*, eqs 3.6–3.11]. A cell carries the deflection of its leaving edge, half a cell
 /// (1/16 of the patch) late; where part of the patch slides that is worth up to 3 % of μN.
 #[test]
 fn patch_in_side_slip_is_the_brush_model() {
-    let (tyre, load, speed) = (tyre(), 60.0, 0.4);
+    let (tyre, load, speed) = (tyre(0.8, 0.8), 60.0, 0.4);
     for slip in [0.001, 0.01, 0.03, 0.06, 0.1, 0.16, 0.3] {
         let mut patch = Patch::default();
         let motion = PatchMotion { slip_along: 0.0, slip_across: slip * speed, spin: 0.0, rolling: speed };
@@ -48,7 +36,7 @@ fn patch_in_side_slip_is_the_brush_model() {
 /// A patch that slides all over pulls with μN against the slip, whatever the direction.
 #[test]
 fn patch_in_full_sliding_is_coulomb() {
-    let (tyre, load) = (tyre(), 60.0);
+    let (tyre, load) = (tyre(0.8, 0.8), 60.0);
     for angle in [0.0f64, 0.7, 2.0, -1.2] {
         let mut patch = Patch::default();
         let slip = 0.5;

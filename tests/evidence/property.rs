@@ -1,6 +1,6 @@
 //! What holds for any input.
 
-use crate::rig::run;
+use crate::rig::{run, tyre};
 use proptest::prelude::*;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
@@ -8,20 +8,8 @@ use std::sync::atomic::AtomicBool;
 use treadmark::dataset::{Protocol, Rotation, Travel};
 use treadmark::drive::{self, Task};
 use treadmark::geometry::Pose2;
-use treadmark::scene::{Scene, Side, Survey, Tyre};
+use treadmark::scene::{Scene, Side, Survey};
 use treadmark::world::{Patch, PatchMotion};
-
-fn tyre(friction_along: f64, friction_across: f64) -> Tyre {
-    Tyre {
-        free_radius: 0.1,
-        width: 0.05,
-        vertical_stiffness: 60e3,
-        vertical_damping: 400.0,
-        slip_stiffness: 15.0,
-        friction_along,
-        friction_across,
-    }
-}
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(64))]

@@ -6,7 +6,7 @@ use std::sync::atomic::AtomicBool;
 use treadmark::dataset::Protocol;
 use treadmark::drive::{self, SimulatedRun, Task};
 use treadmark::geometry::Pose2;
-use treadmark::scene::{Scene, Side};
+use treadmark::scene::{Scene, Side, Tyre};
 use treadmark::world::World;
 
 /// A shipped robot on the level floor, without noise or scatter, with tyres of one radius.
@@ -78,4 +78,17 @@ pub fn rolling_radius(scene: &Scene) -> f64 {
 pub fn run(scene: &Scene, protocol: Protocol) -> SimulatedRun {
     let task = Task { name: "test".to_owned(), protocol, speed: None, turn_rate: None };
     drive::run(scene, &task, 1, None, &AtomicBool::new(false)).expect("it can be driven")
+}
+
+/// A tyre of the JNPF robot, with friction along and across.
+pub fn tyre(friction_along: f64, friction_across: f64) -> Tyre {
+    Tyre {
+        free_radius: 0.1,
+        width: 0.05,
+        vertical_stiffness: 60e3,
+        vertical_damping: 400.0,
+        slip_stiffness: 15.0,
+        friction_along,
+        friction_across,
+    }
 }
