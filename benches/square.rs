@@ -47,7 +47,7 @@ fn step(criterion: &mut Criterion) {
 fn square(criterion: &mut Criterion) {
     let scene = shipped("jnpf_4wd");
     let protocol = Protocol::Square { side: 4.0, direction: Rotation::CounterClockwise };
-    let task = Task { name: "bench".to_owned(), protocol, speed: None, turn_rate: None };
+    let task = Task::new("bench".to_owned(), protocol);
     let stop = AtomicBool::new(false);
     let drive = || drive::run(&scene, &task, 1, None, &stop).expect("it can be driven");
     let mut group = criterion.benchmark_group("square");

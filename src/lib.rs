@@ -22,7 +22,7 @@
 //! let square = |scene: &Scene, direction: Rotation| {
 //!     let name = direction.as_str().to_owned();
 //!     let protocol = Protocol::Square { side: 1.0, direction };
-//!     let task = Task { name, protocol, speed: None, turn_rate: None };
+//!     let task = Task::new(name, protocol);
 //!     drive::run(scene, &task, 1, None, &AtomicBool::new(false))
 //! };
 //! let cw = square(&scene, Rotation::Clockwise)?;
@@ -45,7 +45,8 @@
 //!
 //! Reading order is data order. Two wings, simulation and inference, meet at one waist, the dataset.
 //!
-//! - Ground floor, plain data without an engine: [`geometry`], [`odometry`], [`dataset`] (the waist), [`scene`].
+//! - Ground floor, plain data without an engine: [`geometry`], [`odometry`], [`dataset`] (the waist), [`scene`],
+//!   [`effect`] (every cause that a model may leave out).
 //! - Simulation wing: [`world`] (scene → rapier, one step at a time), [`drive`] (protocols, the driver, one run).
 //! - Inference wing: [`calibrate`].
 //! - Compositions and outlets: [`experiment`], [`report`], `recording` (feature `recording`), [`cli`].
@@ -85,6 +86,7 @@ pub mod calibrate;
 pub mod cli;
 pub mod dataset;
 pub mod drive;
+pub mod effect;
 pub mod experiment;
 pub mod geometry;
 pub mod odometry;

@@ -1,7 +1,8 @@
 //! Options that several commands share.
 
 use crate::calibrate::{METHODS, Method};
-use crate::scene::{Contact, DEFAULT_TIME_STEP, ROBOTS, Scatter, Scene, Survey, WORLDS};
+use crate::effect::{Cause, load_scene};
+use crate::scene::{Contact, DEFAULT_TIME_STEP, ROBOTS, Scatter, Scene, WORLDS};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
 
@@ -14,6 +15,9 @@ pub(super) struct SceneOptions {
     /// World file, or the name of a shipped world: lab_floor, tilted_floor, slippery_patch, sill
     #[arg(long, value_name = "FILE|NAME", default_value = WORLDS.names()[0])]
     pub world: String,
+    /// Put an effect into the scene, as listed by `treadmark effects`; may be given several times
+    #[arg(long = "set", value_name = "EFFECT.PARAMETER=VALUE")]
+    pub settings: Vec<String>,
     /// How wheels meet the ground: rubber tyres on contact patches, or the engine's own rigid cylinders, for comparison
     #[arg(long, value_enum, default_value_t = Tyre::Patch)]
     pub tyre: Tyre,
@@ -53,16 +57,17 @@ pub(super) enum Tyre {
 impl SceneOptions {
     /// The scene that the options describe; notes on what loading it left out go to stderr.
     pub(super) fn scene(&self) -> anyhow::Result<Scene> {
-        let mut scene = Scene::load(&self.robot, &self.world)?;
+        let scene = load_scene(&self.robot, &self.world)?;
         for note in &scene.robot.notes {
             eprintln!("note: {note}");
         }
+        let mut scene = Cause::edit_all(&Cause::from_settings(&self.settings, &scene)?, &scene);
         scene.contact = match self.tyre {
             Tyre::Patch => Contact::Patch,
             Tyre::Rigid => Contact::Rigid,
         };
         if self.no_survey_noise {
-            scene.survey = Survey::PERFECT;
+            scene.survey = scene.survey.noise_free();
         }
         if self.no_scatter {
             scene.scatter = Scatter::NONE;

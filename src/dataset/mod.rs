@@ -176,6 +176,15 @@ impl EncoderLog {
         self.time.is_empty()
     }
 
+    /// Rotation of one channel at `row` \[rad\]; `odometry` turns ticks into radians.
+    pub fn radians(&self, row: usize, channel: usize, odometry: &OdometryParameters) -> f64 {
+        let count = self.counts[row * self.channels.len() + channel];
+        match self.unit {
+            EncoderUnit::Radians => count,
+            EncoderUnit::Ticks => odometry.angle_of_ticks(count),
+        }
+    }
+
     /// Mean rotation of the left and of the right wheels at `row` \[rad\]; `odometry` turns ticks into radians. A side
     /// is the channels whose name is or ends in `left` or `right`.
     pub fn sides(&self, row: usize, odometry: &OdometryParameters) -> [f64; 2] {

@@ -123,6 +123,11 @@ impl Driver {
         self.reckoning.pose()
     }
 
+    /// Index of the leg that it drives.
+    pub fn leg(&self) -> usize {
+        self.leg
+    }
+
     /// Takes the counts of the left and right wheels at `time` \[s\]; `None`: the protocol is done.
     pub fn decide(&mut self, time: f64, left_ticks: f64, right_ticks: f64) -> Option<Command> {
         let left = self.odometry.angle_of_ticks(left_ticks);

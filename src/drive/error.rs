@@ -20,6 +20,12 @@ pub enum DriveError {
         /// The run.
         run: String,
     },
+    /// Nothing to replay.
+    #[error("run `{run}` has no encoder log, and nothing to replay")]
+    NoLog {
+        /// The run.
+        run: String,
+    },
     /// A protocol that has no shape of its own.
     #[error("run `{run}`: a path has no shape that could be driven; square, straight, spin and circle have")]
     NoShape {

@@ -5,10 +5,12 @@
 mod driver;
 mod error;
 mod observe;
+mod replay;
 mod run;
 
 pub use crate::world::{CELLS_ACROSS, CELLS_ALONG, PatchSnapshot, WheelSnapshot};
 pub use driver::{Command, Driver};
 pub use error::DriveError;
 pub use observe::{Observer, SNAPSHOT_RATE, Snapshot};
+pub use replay::{Trace, replay};
 pub use run::{SimulatedRun, Task, derived_seed, run};

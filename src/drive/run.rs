@@ -10,11 +10,12 @@ use crate::world::{World, WorldError, steps_between};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
+use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Standstill before a run, in which tyres and bodies come to rest \[s\].
-const SETTLE: f64 = 0.5;
+pub(super) const SETTLE: f64 = 0.5;
 /// How often the surveyor reads poses on the way \[Hz\].
 const SURVEY_RATE: f64 = 10.0;
 
@@ -29,6 +30,15 @@ pub struct Task {
     pub speed: Option<f64>,
     /// Turn rate on the spot \[rad/s\]; `None`: the robot's own.
     pub turn_rate: Option<f64>,
+    /// When it starts since the campaign began \[s\]; `None`: not noted, and taken as 0.
+    pub started: Option<f64>,
+}
+
+impl Task {
+    /// `protocol` at the robot's own speeds.
+    pub fn new(name: impl Into<String>, protocol: Protocol) -> Task {
+        Task { name: name.into(), protocol, speed: None, turn_rate: None, started: None }
+    }
 }
 
 /// A run as simulated: what a lab would have noted of it, and what only a simulation knows.
@@ -71,6 +81,7 @@ pub fn run(
     stop: &AtomicBool,
 ) -> Result<SimulatedRun, DriveError> {
     let in_world = |source: WorldError| DriveError::World { run: task.name.clone(), source };
+    let scene = &at_time(scene, task.started);
     let robot = &scene.robot;
     if task.protocol == Protocol::Path {
         return Err(DriveError::NoShape { run: task.name.clone() });
@@ -96,18 +107,20 @@ pub fn run(
     let start = world.pose();
     let first_step = world.steps();
     let began = Instant::now();
+    let mut overrun = Overrun::new(&world);
     loop {
         let step = world.steps() - first_step;
         let time = step as f64 * scene.time_step;
         let mut done = false;
-        if step.is_multiple_of(decide_every) {
-            let ticks = sides.mean(|wheel| world.ticks(wheel) as f64);
-            let command = driver.decide(time, ticks[0] - zero[0], ticks[1] - zero[1]);
+        if step.is_multiple_of(decide_every) && !overrun.coasts(&mut world, &mut logger, time) {
+            let ticks = sides.mean(|wheel| (world.ticks(wheel) - overrun.lost(wheel)) as f64);
+            let command = driver.decide(time - overrun.lasted, ticks[0] - zero[0], ticks[1] - zero[1]);
             done = command.is_none();
             let Command { left, right } = command.unwrap_or_default();
             for (wheel, side) in sides.of_wheel.iter().enumerate() {
                 world.command(wheel, if *side == Side::Left { left } else { right });
             }
+            overrun.after(&world, driver.leg(), time);
         }
         if step.is_multiple_of(log_every) || done {
             logger.log(&world, time);
@@ -143,7 +156,7 @@ pub fn run(
         protocol: task.protocol,
         speed: Some(speed),
         turn_rate: matches!(task.protocol, Protocol::Square { .. } | Protocol::Spin { .. }).then_some(turn_rate),
-        started: None,
+        started: task.started,
         start: None,
         end: None,
         odometry_end: None,
@@ -163,8 +176,15 @@ pub fn run(
     })
 }
 
+/// The scene when a run starts, `started` \[s\] after its campaign.
+pub(super) fn at_time(scene: &Scene, started: Option<f64>) -> Scene {
+    let mut scene = scene.clone();
+    scene.robot = scene.robot.at(started.unwrap_or(0.0));
+    scene
+}
+
 /// The random stream of one purpose of one run: adding a run or a purpose moves no other.
-fn stream(seed: u64, run: &str, purpose: &str) -> ChaCha8Rng {
+pub(super) fn stream(seed: u64, run: &str, purpose: &str) -> ChaCha8Rng {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     rng.set_stream(fnv1a(&[run, "/", purpose]));
     rng
@@ -204,10 +224,87 @@ impl Sides {
     }
 }
 
+/// How long wheels coast on after a stop, and then stand \[s\].
+pub(super) const COASTING: [f64; 2] = [0.4, 0.2];
+
+/// Wheels that coast on after each stop, each in the direction of its last way, while the controller does not count.
+struct Overrun {
+    angle: f64,
+    /// The driver's leg, and the wheels' angles where it began.
+    leg: usize,
+    began_at: Vec<f64>,
+    /// When coasting began, and the counts then.
+    since: Option<(f64, Vec<i64>)>,
+    direction: Vec<f64>,
+    /// Counts that the controller never got.
+    lost: Vec<i64>,
+    /// Time spent coasting, which the driver does not see \[s\].
+    lasted: f64,
+}
+
+impl Overrun {
+    fn new(world: &World) -> Overrun {
+        let wheels = world.scene().robot.wheels.len();
+        Overrun {
+            angle: world.scene().robot.drivetrain.stop_overrun,
+            leg: 0,
+            began_at: (0..wheels).map(|wheel| world.wheel_angle(wheel)).collect(),
+            since: None,
+            direction: vec![0.0; wheels],
+            lost: vec![0; wheels],
+            lasted: 0.0,
+        }
+    }
+
+    fn lost(&self, wheel: usize) -> i64 {
+        self.lost[wheel]
+    }
+
+    /// The driver has decided, and is now in `leg`: where that is a new one the wheels have stopped, and coast.
+    fn after(&mut self, world: &World, leg: usize, time: f64) {
+        if self.angle == 0.0 || leg == self.leg {
+            return;
+        }
+        self.leg = leg;
+        for wheel in 0..self.direction.len() {
+            self.direction[wheel] = (world.wheel_angle(wheel) - self.began_at[wheel]).signum();
+        }
+        let counts = (0..self.direction.len()).map(|wheel| world.ticks_now(wheel)).collect();
+        self.since = Some((time, counts));
+    }
+
+    /// Commands coasting wheels; whether they coast.
+    fn coasts(&mut self, world: &mut World, logger: &mut Logger, time: f64) -> bool {
+        let Some((began, counts)) = &self.since else { return false };
+        let since = time - began;
+        let [coast, stand] = COASTING;
+        logger.held = true;
+        if since < coast + stand - 1e-9 {
+            let rate = if since < coast { self.angle / coast * (1.0 - (TAU * since / coast).cos()) } else { 0.0 };
+            for (wheel, direction) in self.direction.iter().enumerate() {
+                world.command(wheel, direction * rate);
+            }
+            return true;
+        }
+        for (wheel, before) in counts.iter().enumerate() {
+            let lost = world.ticks_now(wheel) - before;
+            self.lost[wheel] += lost;
+            logger.zero[wheel] += lost;
+            self.began_at[wheel] = world.wheel_angle(wheel);
+        }
+        logger.held = false;
+        self.lasted += since;
+        self.since = None;
+        false
+    }
+}
+
 /// Logs the encoders, one channel a wheel.
 struct Logger {
     log: EncoderLog,
     zero: Vec<i64>,
+    /// Whether the counters stand still whatever the wheels do.
+    held: bool,
 }
 
 impl Logger {
@@ -216,6 +313,7 @@ impl Logger {
         // A driver that lags behind its plan takes longer; a quarter more spares the step loop any allocation.
         let rows = (1.25 * duration * SNAPSHOT_RATE) as usize + 100;
         Logger {
+            held: false,
             zero: (0..wheels.len()).map(|wheel| world.ticks_now(wheel)).collect(),
             log: EncoderLog {
                 unit: EncoderUnit::Ticks,
@@ -228,6 +326,11 @@ impl Logger {
 
     fn log(&mut self, world: &World, time: f64) {
         self.log.time.push(time);
+        if self.held {
+            let last = self.log.counts.len() - self.zero.len();
+            self.log.counts.extend_from_within(last..);
+            return;
+        }
         let counts = self.zero.iter().enumerate().map(|(wheel, zero)| (world.ticks_now(wheel) - zero) as f64);
         self.log.counts.extend(counts);
     }
@@ -235,6 +338,11 @@ impl Logger {
     fn finish(self) -> EncoderLog {
         self.log
     }
+}
+
+/// A stamp as it is noted down: to a microsecond.
+fn noted_stamp(time: f64) -> f64 {
+    (time * 1e6).round() / 1e6 + 0.0
 }
 
 /// A pose as it is noted down: to a tenth of a micrometre and of a microradian.
@@ -254,25 +362,50 @@ struct Surveyor {
     survey: Survey,
     rng: ChaCha8Rng,
     start: Option<Pose2>,
+    /// Noise of the last reading in units of its σ, and when that was.
+    noise: Option<(f64, [f64; 3])>,
     log: PoseLog,
 }
 
 impl Surveyor {
-    fn new(survey: Survey, rng: ChaCha8Rng, duration: f64) -> Surveyor {
+    fn new(mut survey: Survey, mut rng: ChaCha8Rng, duration: f64) -> Surveyor {
         let rows = (1.25 * duration * SURVEY_RATE) as usize + 20;
         let log = PoseLog { time: Vec::with_capacity(rows), poses: Vec::with_capacity(rows) };
-        Surveyor { survey, rng, start: None, log }
+        if survey.time_offset_std > 0.0 {
+            let of_run: f64 = StandardNormal.sample(&mut rng);
+            survey.time_offset += survey.time_offset_std * of_run;
+        }
+        Surveyor { survey, rng, start: None, noise: None, log }
     }
 
+    /// Reads the base at `truth`, in the frame of its true start, at `time` of the encoders' clock.
     fn read(&mut self, time: f64, truth: Pose2) {
+        let survey = self.survey;
+        let noise = self.noise(time);
+        let tracked = truth.compose(survey.base_from_tracked);
         let reading = Pose2::new(
-            truth.x + self.survey.position_std * self.normal(),
-            truth.y + self.survey.position_std * self.normal(),
-            truth.heading + self.survey.heading_std * self.normal(),
+            tracked.x + survey.position_std * noise[0],
+            tracked.y + survey.position_std * noise[1],
+            tracked.heading + survey.heading_std * noise[2],
         );
         let start = *self.start.get_or_insert(noted(reading));
-        self.log.time.push(time);
-        self.log.poses.push(noted(start.relative(reading)).into());
+        self.log.time.push(noted_stamp(survey.stamp(time)));
+        self.log.poses.push(noted(survey.stated(start.relative(reading))).into());
+    }
+
+    /// A reading's noise in units of σ: a first-order Gauss–Markov process over the survey's correlation time.
+    fn noise(&mut self, time: f64) -> [f64; 3] {
+        let fresh = [self.normal(), self.normal(), self.normal()];
+        let noise = match self.noise {
+            Some((before, old)) if self.survey.correlation_time > 0.0 => {
+                let keep = (-(time - before) / self.survey.correlation_time).exp();
+                let renew = (1.0 - keep * keep).sqrt();
+                std::array::from_fn(|i| keep * old[i] + renew * fresh[i])
+            }
+            _ => fresh,
+        };
+        self.noise = Some((time, noise));
+        noise
     }
 
     fn normal(&mut self) -> f64 {

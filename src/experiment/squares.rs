@@ -56,7 +56,7 @@ impl Plan {
                     Protocol::Square { side, direction } => format!("{side}m-{}-{repeat}", direction.as_str()),
                     _ => format!("{}-{repeat}", protocol.kind()),
                 };
-                (Task { name, protocol, speed: None, turn_rate: None }, repeat)
+                (Task::new(name, protocol), repeat)
             })
         };
         protocols.iter().flat_map(repeats).collect()

@@ -3,6 +3,7 @@
 //! A [`Scene`] is immutable and complete: the same scene, protocol and seed give the same bits. It holds plain data in
 //! SI units and knows no engine; [`crate::world`] builds the running state from it.
 
+mod empirical;
 mod error;
 mod floor;
 mod robot;
@@ -12,6 +13,7 @@ mod survey;
 mod tyre;
 mod urdf;
 
+pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
 pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape};
 pub use robot::{Caster, DriverSettings, Drivetrain, Encoder, Robot, Side, Wheel};
@@ -36,6 +38,8 @@ pub struct Scene {
     pub scatter: Scatter,
     /// How a wheel meets the ground.
     pub contact: Contact,
+    /// Motion that no physical part of the scene explains, as a diagnosis found it.
+    pub empirical: Vec<EmpiricalTerm>,
     /// Length of a simulation step \[s\].
     pub time_step: f64,
 }
@@ -66,12 +70,13 @@ impl Scene {
             survey: Survey::default(),
             scatter: Scatter::default(),
             contact: Contact::default(),
+            empirical: Vec::new(),
             time_step: DEFAULT_TIME_STEP,
         })
     }
 
     /// The same scene without survey noise and without the scatter of real runs: what is left is systematic.
     pub fn noise_free(self) -> Scene {
-        Scene { survey: Survey::PERFECT, scatter: Scatter::NONE, ..self }
+        Scene { survey: self.survey.noise_free(), scatter: Scatter::NONE, ..self }
     }
 }

@@ -41,6 +41,8 @@ pub struct Robot {
     pub drivetrain: Drivetrain,
     /// The same for every wheel.
     pub encoder: Encoder,
+    /// Relative growth of every tyre's radius an hour of the campaign \[1/h\]; tyres that cool or deflate shrink.
+    pub tyre_growth: f64,
     /// What the on-board odometry believes.
     pub odometry: OdometryParameters,
     /// How the driver drives.
@@ -64,6 +66,8 @@ pub struct Wheel {
     pub axle: UnitVector3<f64>,
     /// The tyre.
     pub tyre: Tyre,
+    /// Share of its encoder's counts that get lost while it turns \[–\].
+    pub count_loss: f64,
 }
 
 impl Wheel {
@@ -129,6 +133,12 @@ pub struct Drivetrain {
     /// The measured speed is the count difference over this time \[s\].
     #[serde(rename = "speed_window_s", deserialize_with = "positive")]
     pub speed_window: f64,
+    /// Play between encoder and wheel, taken up on every reversal, at the wheel \[rad\].
+    #[serde(rename = "backlash_rad", default, deserialize_with = "non_negative")]
+    pub backlash: f64,
+    /// How far wheels coast on after a stop while the controller does not count \[rad\].
+    #[serde(rename = "stop_overrun_rad", default, deserialize_with = "non_negative")]
+    pub stop_overrun: f64,
 }
 
 /// A wheel encoder.
@@ -244,6 +254,7 @@ impl Robot {
                     friction_along: wheel.friction_along.unwrap_or(tyre.friction_along),
                     friction_across: wheel.friction_across.unwrap_or(tyre.friction_across),
                 },
+                count_loss: 0.0,
             })
             .collect();
         let casters = model
@@ -268,6 +279,7 @@ impl Robot {
             casters,
             drivetrain: model.drivetrain,
             encoder: model.encoder,
+            tyre_growth: 0.0,
             odometry: OdometryParameters {
                 left_wheel_radius: model.odometry.left_wheel_radius,
                 right_wheel_radius: model.odometry.right_wheel_radius,
@@ -295,6 +307,14 @@ impl Robot {
             sum / n
         };
         mean(Side::Left) - mean(Side::Right)
+    }
+
+    /// The robot at `time` \[s\] since the campaign began: its tyres have grown or shrunk until then.
+    pub fn at(mut self, time: f64) -> Robot {
+        for wheel in &mut self.wheels {
+            wheel.tyre.free_radius *= 1.0 + self.tyre_growth * time / 3600.0;
+        }
+        self
     }
 
     /// l, from the rearmost to the foremost axle \[m\]; 0 for two wheels.

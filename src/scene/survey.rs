@@ -1,23 +1,78 @@
 //! How poses are measured, and what differs from run to run.
 
-/// Noise of one surveyed pose, 1 σ; the start of a run is a reading like its end.
+use crate::geometry::Pose2;
+
+/// How poses are measured: the noise of one reading, 1 σ (the start of a run is a reading like its end), and what is
+/// systematically off.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Survey {
-    /// Of each coordinate \[m\].
+    /// Noise of each coordinate \[m\].
     pub position_std: f64,
     /// \[rad\]
     pub heading_std: f64,
+    /// Time over which the noise of poses on the way remembers itself \[s\]; 0: every reading is fresh.
+    pub correlation_time: f64,
+    /// Tracked frame in the robot's base: where the tracked point is \[m\] and how its axis is turned \[rad\].
+    pub base_from_tracked: Pose2,
+    /// How far the robot's start heading was off the mark that poses are stated in \[rad\].
+    pub start_heading_error: f64,
+    /// Lengths as read over true lengths \[–\].
+    pub scale: f64,
+    /// Stamp of a pose less the encoders' clock at that moment \[s\].
+    pub time_offset: f64,
+    /// The same from run to run, 1 σ \[s\].
+    pub time_offset_std: f64,
+    /// Rate of the survey's clock over the encoders' \[–\].
+    pub clock_rate: f64,
 }
 
 impl Survey {
-    /// Readings without noise.
-    pub const PERFECT: Survey = Survey { position_std: 0.0, heading_std: 0.0 };
+    /// Readings without noise, by a tape that is true and a clock that agrees.
+    pub const PERFECT: Survey = Survey {
+        position_std: 0.0,
+        heading_std: 0.0,
+        correlation_time: 0.0,
+        base_from_tracked: Pose2::IDENTITY,
+        start_heading_error: 0.0,
+        scale: 1.0,
+        time_offset: 0.0,
+        time_offset_std: 0.0,
+        clock_rate: 1.0,
+    };
+
+    /// The same survey without noise: what is left is systematic.
+    pub fn noise_free(self) -> Survey {
+        Survey { position_std: 0.0, heading_std: 0.0, time_offset_std: 0.0, ..self }
+    }
+
+    /// What is read of a base at `pose` after a start at `start`, both in the room: tracked frame relative to tracked
+    /// frame, scaled, turned by the start heading's error.
+    pub fn reading(&self, start: Pose2, pose: Pose2) -> Pose2 {
+        let frame = self.base_from_tracked;
+        self.stated(start.compose(frame).relative(pose.compose(frame)))
+    }
+
+    /// A tracked pose relative to the tracked start, as it is stated.
+    pub fn stated(&self, tracked: Pose2) -> Pose2 {
+        let scaled = Pose2::new(tracked.x * self.scale, tracked.y * self.scale, tracked.heading);
+        Pose2::new(0.0, 0.0, self.start_heading_error).compose(scaled)
+    }
+
+    /// Stamp of a pose at `time` of the encoders' clock \[s\].
+    pub fn stamp(&self, time: f64) -> f64 {
+        self.clock_rate * time + self.time_offset
+    }
+
+    /// Inverse of [`Survey::stamp`].
+    pub fn time_of(&self, stamp: f64) -> f64 {
+        (stamp - self.time_offset) / self.clock_rate
+    }
 }
 
 impl Default for Survey {
     /// A tape measure and a straight edge: 2 mm, 3 mrad.
     fn default() -> Self {
-        Survey { position_std: 2e-3, heading_std: 3e-3 }
+        Survey { position_std: 2e-3, heading_std: 3e-3, ..Survey::PERFECT }
     }
 }
 

@@ -22,32 +22,84 @@ impl Friction {
     }
 }
 
+/// Play between encoder and wheel: on a reversal the encoder runs ahead until the play is taken up.
+///
+/// The encoder stands at w + (B/2)·h over the wheel's rotation w; h goes from −1 to 1 while the wheel turns by
+/// [`Play::TAKEN_UP`] of B, so that a speed loop can live with it. Known difference: in a real gear the wheel stands still
+/// meanwhile.
+#[derive(Debug, Clone)]
+pub struct Play {
+    /// B \[rad\].
+    width: f64,
+    /// h
+    side: f64,
+}
+
+impl Play {
+    /// Way of the wheel over which the play is taken up, over B \[–\].
+    const TAKEN_UP: f64 = 0.5;
+
+    /// A play of `width` \[rad\], in its middle.
+    pub fn new(width: f64) -> Play {
+        Play { width, side: 0.0 }
+    }
+
+    /// How far the encoder turns \[rad\] while the wheel turns by `wheel` \[rad\].
+    pub fn encoder(&mut self, wheel: f64) -> f64 {
+        if self.width == 0.0 {
+            return wheel;
+        }
+        let before = self.side;
+        self.side = (before + 2.0 * wheel / (Play::TAKEN_UP * self.width)).clamp(-1.0, 1.0);
+        wheel + 0.5 * self.width * (self.side - before)
+    }
+
+    /// How far the wheel turns \[rad\] while the encoder turns by `encoder` \[rad\]: the inverse of [`Play::encoder`].
+    pub fn wheel(&mut self, encoder: f64) -> f64 {
+        if self.width == 0.0 {
+            return encoder;
+        }
+        let lead = 1.0 + 1.0 / Play::TAKEN_UP;
+        let until_taken_up = 0.5 * Play::TAKEN_UP * self.width * (1.0 - self.side * encoder.signum());
+        let inside = (encoder.abs() / lead).min(until_taken_up);
+        let wheel = (inside + (encoder.abs() - lead * inside)) * encoder.signum();
+        self.encoder(wheel);
+        wheel
+    }
+}
+
 /// Counts of one wheel as the controller gets them: quantised, and late by the latency.
 #[derive(Debug, Clone)]
 pub(super) struct Counter {
     per_radian: f64,
-    /// Past counts, newest at `head`; long enough for the latency.
-    past: Vec<i64>,
+    /// Age of a count in readings, whole and fraction.
+    late: f64,
+    /// Past angles \[rad\], newest at `head`; long enough for the latency.
+    past: Vec<f64>,
     head: usize,
 }
 
 impl Counter {
-    /// A counter read at `encoder.rate`.
-    pub(super) fn new(encoder: &Encoder) -> Counter {
-        let late = (encoder.latency * encoder.rate).round() as usize;
-        Counter { per_radian: encoder.ticks_per_revolution / TAU, past: vec![0; late + 1], head: 0 }
+    /// A counter read at `encoder.rate`, of a wheel that loses `count_loss` of its counts.
+    pub(super) fn new(encoder: &Encoder, count_loss: f64) -> Counter {
+        let late = encoder.latency * encoder.rate;
+        let per_radian = encoder.ticks_per_revolution * (1.0 - count_loss) / TAU;
+        Counter { per_radian, late, past: vec![0.0; late as usize + 2], head: 0 }
     }
 
-    /// The count at wheel angle `angle` \[rad\], now.
+    /// The count at encoder angle `angle` \[rad\], now.
     pub(super) fn count(&self, angle: f64) -> i64 {
         (angle * self.per_radian).round() as i64
     }
 
     /// Reads the encoder; returns what the controller gets.
     pub(super) fn read(&mut self, angle: f64) -> i64 {
-        self.past[self.head] = self.count(angle);
-        self.head = (self.head + 1) % self.past.len();
-        self.past[self.head]
+        let length = self.past.len();
+        self.head = (self.head + 1) % length;
+        self.past[self.head] = angle;
+        let back = |readings: usize| self.past[(self.head + length - readings) % length];
+        let (whole, part) = (self.late as usize, self.late.fract());
+        self.count(back(whole) + part * (back(whole + 1) - back(whole)))
     }
 }
 

@@ -20,7 +20,8 @@ pub use patch::{CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, PatchMotion};
 pub use snapshot::{PatchSnapshot, WheelSnapshot};
 
 use crate::geometry::{Pose2, Twist2, unwrap_near, wrap_angle};
-use crate::scene::{Caster, Contact, Placement, Scene, Wheel};
+use crate::scene::{Caster, Contact, EmpiricalTerm, Motion, Placement, Scene, Wheel};
+pub use drivetrain::Play;
 use drivetrain::{Counter, Friction, SpeedLoop};
 use ground::{Ground, Touch};
 use rand_chacha::ChaCha8Rng;
@@ -30,6 +31,9 @@ use unevenness::Unevenness;
 
 /// Pieces of ground that one wheel can press into at once: a floor and the edge of something on it, and one more.
 const MAX_PATCHES: usize = 3;
+
+/// Time over which the speed is smoothed before an acceleration is taken of it \[s\].
+const SMOOTHING: f64 = 0.05;
 
 /// Lean of the chassis beyond which the robot has tipped over: cos 60°.
 const TIPPED: f64 = 0.5;
@@ -47,6 +51,8 @@ pub struct World {
     loop_period: u64,
     steps: u64,
     heading: f64,
+    /// Forward speed, smoothed, from which empirical terms take an acceleration \[m/s\].
+    smooth_speed: f64,
 }
 
 struct RunningWheel {
@@ -62,10 +68,15 @@ struct RunningWheel {
     /// What the controller has got.
     ticks: i64,
     commanded_speed: f64,
+    /// Where the wheel is to be at the end of the step, when it follows a log instead of its motor \[rad\].
+    follows: Option<f64>,
     voltage: f64,
     motor_torque: f64,
     /// Against the chassis, since the start \[rad\].
     angle: f64,
+    play: Play,
+    /// Of the encoder \[rad\].
+    encoder_angle: f64,
     load: f64,
     force: [f64; 2],
     slip: [f64; 2],
@@ -117,13 +128,16 @@ impl World {
                 base_from_wheel: convert::pose(&wheel.base_from_wheel).rotation,
                 contacts: Default::default(),
                 friction: Friction::default(),
-                counter: Counter::new(&robot.encoder),
+                counter: Counter::new(&robot.encoder, wheel.count_loss),
                 speed_loop: SpeedLoop::new(&robot.drivetrain, &robot.encoder),
                 ticks: 0,
                 commanded_speed: 0.0,
+                follows: None,
                 voltage: 0.0,
                 motor_torque: 0.0,
                 angle: 0.0,
+                play: Play::new(robot.drivetrain.backlash),
+                encoder_angle: 0.0,
                 load: 0.0,
                 force: [0.0; 2],
                 slip: [0.0; 2],
@@ -146,6 +160,7 @@ impl World {
             loop_period,
             steps: 0,
             heading: start.heading,
+            smooth_speed: 0.0,
         })
     }
 
@@ -182,6 +197,12 @@ impl World {
         self.wheels[wheel].commanded_speed = speed;
     }
 
+    /// Makes a wheel follow a log: at the end of the next step it is to stand at `angle` \[rad\]. The torque that this
+    /// takes acts on wheel and chassis, as a motor's would.
+    pub fn follow(&mut self, wheel: usize, angle: f64) {
+        self.wheels[wheel].follows = Some(angle);
+    }
+
     /// What the controller has got from a wheel's encoder: quantised, and late by the latency.
     pub fn ticks(&self, wheel: usize) -> i64 {
         self.wheels[wheel].ticks
@@ -190,7 +211,7 @@ impl World {
     /// What a wheel's encoder counts now, as a log stamps it.
     pub fn ticks_now(&self, wheel: usize) -> i64 {
         let wheel = &self.wheels[wheel];
-        wheel.counter.count(wheel.angle)
+        wheel.counter.count(wheel.encoder_angle)
     }
 
     /// Rotation of a wheel against the chassis since the start \[rad\].
@@ -273,7 +294,7 @@ impl World {
         let run_loop = self.steps.is_multiple_of(self.loop_period);
         for wheel in &mut self.wheels {
             if read {
-                wheel.ticks = wheel.counter.read(wheel.angle);
+                wheel.ticks = wheel.counter.read(wheel.encoder_angle);
             }
             if run_loop {
                 wheel.voltage =
@@ -285,24 +306,17 @@ impl World {
     /// Tyres, casters and drivetrains push on the bodies.
     fn apply_forces(&mut self) {
         let dt = self.scene.time_step;
-        let floor = match &mut self.unevenness {
-            Some(unevenness) => {
-                let body = {
-                    let chassis = &self.physics.bodies[self.chassis];
-                    let forward = *chassis.rotation() * Vector::X;
-                    let velocity = chassis.velocity_at_point(chassis.translation());
-                    Twist2 { forward: velocity.dot(forward), left: 0.0, yaw_rate: chassis.angvel().z }
-                };
-                unevenness.twist(body, dt)
-            }
-            None => Twist2::default(),
-        };
+        let floor = self.floor_twist();
         let (chassis_spin, base, forward) = {
             let chassis = &self.physics.bodies[self.chassis];
             (chassis.angvel(), chassis.translation(), *chassis.rotation() * Vector::X)
         };
         // Velocity of the moving floor at a point of the room.
-        let floor_velocity = |at: Vector| forward * floor.forward + Vector::Z.cross(at - base) * floor.yaw_rate;
+        let floor_velocity = |at: Vector| {
+            forward * floor.forward
+                + Vector::Z.cross(forward) * floor.left
+                + Vector::Z.cross(at - base) * floor.yaw_rate
+        };
 
         let mut reaction = Vector::ZERO;
         let rigid = self.scene.contact == Contact::Rigid;
@@ -311,14 +325,26 @@ impl World {
             let axle = *body.rotation() * running.axle;
             let speed = (body.angvel() - chassis_spin).dot(axle);
             let drivetrain = &self.scene.robot.drivetrain;
-            running.motor_torque = drivetrain.motor_torque(running.voltage, speed);
-            let drive = axle * (running.motor_torque + running.friction.torque(drivetrain, speed, dt));
-            reaction -= drive;
             let (force, torque) = if rigid {
                 (Vector::ZERO, Vector::ZERO)
             } else {
                 running.press(wheel, &self.ground, body, floor.yaw_rate, &floor_velocity, dt)
             };
+            let about_axle = match running.follows {
+                None => {
+                    running.motor_torque = drivetrain.motor_torque(running.voltage, speed);
+                    running.motor_torque + running.friction.torque(drivetrain, speed, dt)
+                }
+                // Whatever brings the wheel to its place in one step against the tyre's pull.
+                Some(angle) => {
+                    let inertia = wheel.spin_inertia() + drivetrain.reflected_inertia();
+                    let wanted = (angle - running.angle) / dt;
+                    running.motor_torque = inertia * (wanted - speed) / dt - torque.dot(axle);
+                    running.motor_torque
+                }
+            };
+            let drive = axle * about_axle;
+            reaction -= drive;
             let body = &mut self.physics.bodies[running.handle];
             body.reset_forces(false);
             body.reset_torques(false);
@@ -340,6 +366,29 @@ impl World {
         chassis.add_torque(torque, false);
     }
 
+    /// The twist of the floor under the tyres: an uneven floor's, and that of empirical terms.
+    fn floor_twist(&mut self) -> Twist2 {
+        if self.unevenness.is_none() && self.scene.empirical.is_empty() {
+            return Twist2::default();
+        }
+        let dt = self.scene.time_step;
+        let chassis = &self.physics.bodies[self.chassis];
+        let forward = *chassis.rotation() * Vector::X;
+        let velocity = chassis.velocity_at_point(chassis.translation());
+        let body = Twist2 { forward: velocity.dot(forward), left: 0.0, yaw_rate: chassis.angvel().z };
+        let mut floor = self.unevenness.as_mut().map_or_else(Twist2::default, |floor| floor.twist(body, dt));
+        if !self.scene.empirical.is_empty() {
+            let acceleration = (body.forward - self.smooth_speed) / SMOOTHING;
+            self.smooth_speed += acceleration * dt;
+            let motion = Motion { twist: body, pose: self.pose(), time: self.time(), acceleration };
+            let extra = EmpiricalTerm::twist(&self.scene.empirical, &motion);
+            floor.forward += extra.forward;
+            floor.left += extra.left;
+            floor.yaw_rate += extra.yaw_rate;
+        }
+        floor
+    }
+
     /// Rotation of each wheel against the chassis, from the bodies' orientations.
     fn read_angles(&mut self) {
         let chassis = &self.physics.bodies[self.chassis];
@@ -348,7 +397,9 @@ impl World {
             let turned =
                 (rotation * running.base_from_wheel).inverse() * *self.physics.bodies[running.handle].rotation();
             let about_axle = Vector::new(turned.x, turned.y, turned.z).dot(running.axle);
-            running.angle += wrap_angle(2.0 * about_axle.atan2(turned.w) - running.angle);
+            let turned = wrap_angle(2.0 * about_axle.atan2(turned.w) - running.angle);
+            running.angle += turned;
+            running.encoder_angle += running.play.encoder(turned);
         }
         let forward = rotation * Vector::X;
         self.heading = unwrap_near(forward.y.atan2(forward.x), self.heading);

@@ -73,7 +73,7 @@ fn the_step_loop_allocates_nothing_of_its_own() {
     let scene = ideal("jnpf_4wd");
     let spin = |turn| {
         let protocol = Protocol::Spin { turn, direction: Rotation::CounterClockwise };
-        let task = Task { name: "count".to_owned(), protocol, speed: None, turn_rate: None };
+        let task = Task::new("count".to_owned(), protocol);
         allocations(|| drive::run(&scene, &task, 1, None, &AtomicBool::new(false)).expect("it can be driven"))
     };
     // Set-up is the same for both; the rest is the loop, with control, driver, log and survey.

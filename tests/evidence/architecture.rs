@@ -9,6 +9,7 @@ const FLOORS: &[&[&str]] = &[
     &["odometry"],
     &["dataset"],
     &["scene"],
+    &["effect"],
     &["world"],
     &["drive", "calibrate"],
     &["experiment"],

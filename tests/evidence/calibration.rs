@@ -221,7 +221,7 @@ fn simulated(scene: &Scene, seed: u64) -> Dataset {
     let protocols = [square(Rotation::Clockwise), square(Rotation::CounterClockwise), straight];
     let runs = (0..9)
         .map(|number| {
-            let task = Task { name: number.to_string(), protocol: protocols[number % 3], speed: None, turn_rate: None };
+            let task = Task::new(number.to_string(), protocols[number % 3]);
             drive::run(scene, &task, seed, None, &AtomicBool::new(false)).expect("it can be driven").measured
         })
         .collect();
@@ -276,7 +276,7 @@ fn maximum_likelihood_on_the_shipped_robot() {
         let runs = (0..2 * repeats)
             .map(|number| {
                 let (name, protocol) = (number.to_string(), protocols[number % 2]);
-                let task = Task { name, protocol, speed: None, turn_rate: None };
+                let task = Task::new(name, protocol);
                 drive::run(scene, &task, seed, None, &AtomicBool::new(false)).expect("it can be driven").measured
             })
             .collect();

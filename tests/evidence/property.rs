@@ -84,7 +84,7 @@ fn the_uneven_floor_scatters_as_stated() {
         (0..120u64)
             .into_par_iter()
             .map(|seed| {
-                let task = Task { name: "scatter".to_owned(), protocol, speed: None, turn_rate: None };
+                let task = Task::new("scatter".to_owned(), protocol);
                 drive::run(&scene, &task, seed, None, &AtomicBool::new(false)).expect("it can be driven").true_error()
             })
             .collect()

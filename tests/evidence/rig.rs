@@ -76,7 +76,7 @@ pub fn rolling_radius(scene: &Scene) -> f64 {
 
 /// One run of `protocol`.
 pub fn run(scene: &Scene, protocol: Protocol) -> SimulatedRun {
-    let task = Task { name: "test".to_owned(), protocol, speed: None, turn_rate: None };
+    let task = Task::new("test".to_owned(), protocol);
     drive::run(scene, &task, 1, None, &AtomicBool::new(false)).expect("it can be driven")
 }
 

@@ -1,0 +1,202 @@
+//! Replay: the simulated wheels follow the rotation that a run logged, and the body moves by physics.
+
+use super::error::DriveError;
+use super::run::{COASTING, SETTLE, at_time, stream};
+use crate::dataset::{EncoderLog, Run};
+use crate::geometry::Pose2;
+use crate::odometry::{DeadReckoning, OdometryParameters};
+use crate::scene::{Scene, Side, Wheel};
+use crate::world::{Play, World, WorldError};
+use std::f64::consts::TAU;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+/// Where a simulated base was over time, in the room.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    /// By the clock of the run's encoders, ascending \[s\].
+    pub time: Vec<f64>,
+    /// room_from_base at each time; headings unwrapped.
+    pub poses: Vec<Pose2>,
+}
+
+/// How often a trace is kept \[Hz\].
+const TRACE_RATE: f64 = 50.0;
+/// Time over which wheels that were turning when a log began are brought to their speed, and then held at it \[s\].
+const RUN_UP: [f64; 2] = [0.8, 0.4];
+/// Standstill in a log after which wheels may have coasted \[s\].
+const STOP: f64 = 0.3;
+
+impl Trace {
+    /// The pose at `time` \[s\], between its neighbours along an arc; at rest before the first and after the last.
+    pub fn at(&self, time: f64) -> Pose2 {
+        let after = self.time.partition_point(|&t| t <= time);
+        if after == 0 {
+            return self.poses[0];
+        }
+        let (before, Some(&next)) = (after - 1, self.poses.get(after)) else {
+            return *self.poses.last().expect("a trace has its start");
+        };
+        let part = (time - self.time[before]) / (self.time[after] - self.time[before]);
+        let step = self.poses[before].relative(next);
+        // A step of a trace is short: its chord stands for its arc to second order in the step's turn.
+        self.poses[before].compose(Pose2::new(step.x * part, step.y * part, step.heading * part))
+    }
+}
+
+/// Replays the encoder log of `run` in `scene`, from its surveyed start pose or the mark. `counted` turns the log's ticks
+/// into radians.
+///
+/// Each wheel follows its own column where the log has one, its side's mean otherwise. What the scene's encoders do
+/// (losses, play, overrun) is undone first, so that the wheels turn as they must have turned for these counts. A log that
+/// begins in motion is preceded by a run-up.
+///
+/// # Errors
+/// The run has no log, the world cannot be built or is left, or the replay was stopped.
+pub fn replay(
+    scene: &Scene,
+    run: &Run,
+    counted: &OdometryParameters,
+    stop: &AtomicBool,
+) -> Result<Trace, DriveError> {
+    let in_world = |source: WorldError| DriveError::World { run: run.name.clone(), source };
+    let Some(log) = run.encoders.as_ref().filter(|log| log.len() > 1) else {
+        return Err(DriveError::NoLog { run: run.name.clone() });
+    };
+    let scene = &at_time(scene, run.started);
+    let wheels: Vec<Rotation> =
+        scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, counted)).collect();
+    let start = run.start.unwrap_or_default();
+    let began_moving = wheels.iter().any(|wheel| wheel.initial_speed() != 0.0);
+    let run_up = if began_moving { RUN_UP[0] + RUN_UP[1] } else { 0.0 };
+    let from = if began_moving { before(&scene.robot.odometry, &wheels, scene, start) } else { start };
+
+    let mut world = World::new(scene, from, stream(0, &run.name, "scatter")).map_err(in_world)?;
+    let step_to = |world: &mut World, time: f64, angle: &dyn Fn(&Rotation, f64) -> f64| {
+        for (index, wheel) in wheels.iter().enumerate() {
+            world.follow(index, angle(wheel, time + scene.time_step) - wheel.run_up(-run_up));
+        }
+        world.step().map_err(in_world)
+    };
+    for _ in 0..(SETTLE / scene.time_step).round() as u64 {
+        step_to(&mut world, 0.0, &|wheel, _| wheel.run_up(-run_up))?;
+    }
+    for step in 0..(run_up / scene.time_step).round() as u64 {
+        step_to(&mut world, step as f64 * scene.time_step - run_up, &Rotation::run_up)?;
+    }
+    let (first, last) = (log.time[0], log.time[log.len() - 1]);
+    let steps = ((last - first) / scene.time_step).ceil() as u64;
+    let keep_every = (1.0 / (TRACE_RATE * scene.time_step)).round().max(1.0) as u64;
+    let rows = (steps / keep_every + 2) as usize;
+    let mut trace = Trace { time: Vec::with_capacity(rows), poses: Vec::with_capacity(rows) };
+    for step in 0..=steps {
+        let time = first + step as f64 * scene.time_step;
+        if step.is_multiple_of(keep_every) || step == steps {
+            trace.time.push(time);
+            trace.poses.push(world.pose());
+            if stop.load(Ordering::Relaxed) {
+                return Err(DriveError::Interrupted { run: run.name.clone() });
+            }
+        }
+        if step < steps {
+            step_to(&mut world, time, &Rotation::at)?;
+        }
+    }
+    Ok(trace)
+}
+
+/// Rotation of one wheel over time, as the log has it and the scene's encoder explains it; 0 at its start.
+struct Rotation {
+    time: Vec<f64>,
+    angle: Vec<f64>,
+}
+
+impl Rotation {
+    fn of(scene: &Scene, wheel: &Wheel, log: &EncoderLog, counted: &OdometryParameters) -> Rotation {
+        let own = log.channels.iter().position(|channel| *channel == wheel.name);
+        let counts = |row: usize| match own {
+            Some(channel) => log.radians(row, channel, counted),
+            None => log.sides(row, counted)[usize::from(wheel.side == Side::Right)],
+        };
+        let drivetrain = &scene.robot.drivetrain;
+        let mut play = Play::new(drivetrain.backlash);
+        let mut angle = vec![0.0];
+        for row in 1..log.len() {
+            let encoder = (counts(row) - counts(row - 1)) / (1.0 - wheel.count_loss);
+            angle.push(angle[row - 1] + play.wheel(encoder));
+        }
+        let rotation = Rotation { time: log.time.clone(), angle };
+        if drivetrain.stop_overrun > 0.0 { rotation.coasting(drivetrain.stop_overrun) } else { rotation }
+    }
+
+    /// Adds what the counts leave out: after each stop a way of `overrun` \[rad\] on in the direction of the last way.
+    fn coasting(mut self, overrun: f64) -> Rotation {
+        let rows = self.time.len();
+        let still = 3e-3;
+        let mut row = 0;
+        let mut way_began = self.angle[0];
+        while row < rows {
+            let stopped = (row..rows).take_while(|&next| (self.angle[next] - self.angle[row]).abs() < still).last();
+            let until = stopped.unwrap_or(row);
+            let way = self.angle[row] - way_began;
+            let ends_log = until + 1 == rows;
+            if self.time[until] - self.time[row] >= STOP && way.abs() > 3.0 * still || ends_log && way.abs() > 3.0 * still
+            {
+                // Coasting is the last thing that happens before the wheels go on.
+                let [coast, stand] = COASTING;
+                let began = (self.time[until] - coast - stand).max(self.time[row]);
+                let lasts = (self.time[until] - began).clamp(self.time[until] - self.time[row], coast).max(1e-3);
+                for next in row..rows {
+                    let part = ((self.time[next] - began) / lasts).clamp(0.0, 1.0);
+                    let part = if next > until { 1.0 } else { part };
+                    self.angle[next] += way.signum() * overrun * (part - (TAU * part).sin() / TAU);
+                }
+                way_began = self.angle[until];
+            }
+            row = until + 1;
+        }
+        self
+    }
+
+    /// \[rad\]
+    fn at(&self, time: f64) -> f64 {
+        let after = self.time.partition_point(|&t| t <= time).clamp(1, self.time.len() - 1);
+        let (t0, t1) = (self.time[after - 1], self.time[after]);
+        let part = if t1 > t0 { ((time - t0) / (t1 - t0)).clamp(0.0, 1.0) } else { 1.0 };
+        self.angle[after - 1] + part * (self.angle[after] - self.angle[after - 1])
+    }
+
+    /// Speed in the first tenth of a second \[rad/s\]; 0 where it begins at rest.
+    fn initial_speed(&self) -> f64 {
+        let until = self.time[0] + 0.1;
+        let row = self.time.partition_point(|&t| t <= until).clamp(2, self.time.len()) - 1;
+        let first = self.angle[1] - self.angle[0];
+        if first == 0.0 { 0.0 } else { (self.angle[row] - self.angle[0]) / (self.time[row] - self.time[0]).max(1e-6) }
+    }
+
+    /// Rotation at `time` < 0 before the log \[rad\]: up to the initial speed, then at it.
+    fn run_up(&self, time: f64) -> f64 {
+        let [ramp, hold] = RUN_UP;
+        let speed = self.initial_speed();
+        let since = (time + ramp + hold).max(0.0);
+        let whole = speed * (0.5 * ramp + hold);
+        let way = if since < ramp { 0.5 * speed / ramp * since * since } else { speed * (since - 0.5 * ramp) };
+        way - whole
+    }
+}
+
+/// Where a run-up has to begin to arrive at `start`, by dead reckoning.
+fn before(odometry: &OdometryParameters, wheels: &[Rotation], scene: &Scene, start: Pose2) -> Pose2 {
+    let side = |side: Side, time: f64| {
+        let of_side = scene.robot.wheels.iter().zip(wheels).filter(|(wheel, _)| wheel.side == side);
+        let angles: Vec<f64> = of_side.map(|(_, rotation)| rotation.run_up(time)).collect();
+        angles.iter().sum::<f64>() / angles.len() as f64
+    };
+    let mut reckoning = DeadReckoning::new(*odometry);
+    let run_up = RUN_UP[0] + RUN_UP[1];
+    let mut arrived = Pose2::IDENTITY;
+    for part in 0..=20 {
+        let time = -run_up * (1.0 - f64::from(part) / 20.0);
+        arrived = reckoning.update(side(Side::Left, time), side(Side::Right, time));
+    }
+    start.compose(arrived.inverse())
+}
