@@ -85,6 +85,32 @@ impl Pose2 {
     }
 }
 
+/// Where a body was over time.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Trace {
+    /// Ascending \[s\].
+    pub time: Vec<f64>,
+    /// room_from_body at each time; headings unwrapped.
+    pub poses: Vec<Pose2>,
+}
+
+impl Trace {
+    /// The pose at `time` \[s\], between its neighbours along an arc; at rest before the first and after the last.
+    pub fn at(&self, time: f64) -> Pose2 {
+        let after = self.time.partition_point(|&t| t <= time);
+        if after == 0 {
+            return self.poses[0];
+        }
+        let (before, Some(&next)) = (after - 1, self.poses.get(after)) else {
+            return *self.poses.last().expect("a trace has its start");
+        };
+        let part = (time - self.time[before]) / (self.time[after] - self.time[before]);
+        let step = self.poses[before].relative(next);
+        // A step of a trace is short: its chord stands for its arc to second order in the step's turn.
+        self.poses[before].compose(Pose2::new(step.x * part, step.y * part, step.heading * part))
+    }
+}
+
 /// An angle wrapped to (−π, π] \[rad\].
 ///
 /// ```

@@ -85,6 +85,7 @@
 pub mod calibrate;
 pub mod cli;
 pub mod dataset;
+pub mod diagnose;
 pub mod drive;
 pub mod effect;
 pub mod experiment;

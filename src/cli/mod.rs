@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
 mod calibrate;
+mod challenge;
 mod check;
 mod drive;
 mod experiment;
@@ -36,6 +37,8 @@ enum Command {
     Check(check::Arguments),
     /// Find wheel diameters and track from measured or simulated datasets, by every published method
     Calibrate(calibrate::Arguments),
+    /// Hide effects in simulated campaigns, and score how the diagnosis finds them
+    Challenge(challenge::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
 }
@@ -62,6 +65,7 @@ impl Cli {
             Some(Command::Init(arguments)) => init::run(&arguments)?,
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
+            Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
             Some(Command::Methods) => print!("{}", text::methods()),
         }
         Ok(Outcome::Done)

@@ -12,5 +12,5 @@ pub use crate::world::{CELLS_ACROSS, CELLS_ALONG, PatchSnapshot, WheelSnapshot};
 pub use driver::{Command, Driver};
 pub use error::DriveError;
 pub use observe::{Observer, SNAPSHOT_RATE, Snapshot};
-pub use replay::{Trace, replay};
+pub use replay::replay;
 pub use run::{SimulatedRun, Task, derived_seed, run};

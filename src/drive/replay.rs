@@ -3,21 +3,12 @@
 use super::error::DriveError;
 use super::run::{COASTING, SETTLE, at_time, stream};
 use crate::dataset::{EncoderLog, Run};
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, Trace};
 use crate::odometry::{DeadReckoning, OdometryParameters};
 use crate::scene::{Scene, Side, Wheel};
 use crate::world::{Play, World, WorldError};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
-
-/// Where a simulated base was over time, in the room.
-#[derive(Debug, Clone, PartialEq, Default)]
-pub struct Trace {
-    /// By the clock of the run's encoders, ascending \[s\].
-    pub time: Vec<f64>,
-    /// room_from_base at each time; headings unwrapped.
-    pub poses: Vec<Pose2>,
-}
 
 /// How often a trace is kept \[Hz\].
 const TRACE_RATE: f64 = 50.0;
@@ -25,23 +16,6 @@ const TRACE_RATE: f64 = 50.0;
 const RUN_UP: [f64; 2] = [0.8, 0.4];
 /// Standstill in a log after which wheels may have coasted \[s\].
 const STOP: f64 = 0.3;
-
-impl Trace {
-    /// The pose at `time` \[s\], between its neighbours along an arc; at rest before the first and after the last.
-    pub fn at(&self, time: f64) -> Pose2 {
-        let after = self.time.partition_point(|&t| t <= time);
-        if after == 0 {
-            return self.poses[0];
-        }
-        let (before, Some(&next)) = (after - 1, self.poses.get(after)) else {
-            return *self.poses.last().expect("a trace has its start");
-        };
-        let part = (time - self.time[before]) / (self.time[after] - self.time[before]);
-        let step = self.poses[before].relative(next);
-        // A step of a trace is short: its chord stands for its arc to second order in the step's turn.
-        self.poses[before].compose(Pose2::new(step.x * part, step.y * part, step.heading * part))
-    }
-}
 
 /// Replays the encoder log of `run` in `scene`, from its surveyed start pose or the mark. `counted` turns the log's ticks
 /// into radians.

@@ -32,12 +32,14 @@ pub struct Task {
     pub turn_rate: Option<f64>,
     /// When it starts since the campaign began \[s\]; `None`: not noted, and taken as 0.
     pub started: Option<f64>,
+    /// Where it starts in the room.
+    pub start: Pose2,
 }
 
 impl Task {
     /// `protocol` at the robot's own speeds.
     pub fn new(name: impl Into<String>, protocol: Protocol) -> Task {
-        Task { name: name.into(), protocol, speed: None, turn_rate: None, started: None }
+        Task { name: name.into(), protocol, speed: None, turn_rate: None, started: None, start: Pose2::IDENTITY }
     }
 }
 
@@ -93,7 +95,7 @@ pub fn run(
     let log_every = steps_between("the log rate", SNAPSHOT_RATE, scene.time_step).map_err(in_world)?;
     let survey_every = steps_between("the survey rate", SURVEY_RATE, scene.time_step).map_err(in_world)?;
 
-    let mut world = World::new(scene, Pose2::IDENTITY, stream(seed, &task.name, "scatter")).map_err(in_world)?;
+    let mut world = World::new(scene, task.start, stream(seed, &task.name, "scatter")).map_err(in_world)?;
     for _ in 0..(SETTLE / scene.time_step).round() as u64 {
         world.step().map_err(in_world)?;
     }
@@ -166,6 +168,7 @@ pub fn run(
     let odometry = run.dead_reckoned_end(&robot.odometry).unwrap_or_default();
     run.odometry_end = Some(noted(odometry).into());
     surveyor.write(&mut run);
+    run.start = run.start.map(|start| noted(task.start.compose(start)));
     Ok(SimulatedRun {
         measured: run,
         actual,

@@ -38,10 +38,21 @@ pub struct Scene {
     pub scatter: Scatter,
     /// How a wheel meets the ground.
     pub contact: Contact,
+    /// A cable that pulls at the robot, where there is one.
+    pub tether: Option<Tether>,
     /// Motion that no physical part of the scene explains, as a diagnosis found it.
     pub empirical: Vec<EmpiricalTerm>,
     /// Length of a simulation step \[s\].
     pub time_step: f64,
+}
+
+/// A cable from the middle of the robot's base to a fixed point, under a steady pull.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tether {
+    /// Where it is fixed in the room \[m\].
+    pub anchor: [f64; 3],
+    /// \[N\]
+    pub pull: f64,
 }
 
 /// How a wheel meets the ground.
@@ -70,6 +81,7 @@ impl Scene {
             survey: Survey::default(),
             scatter: Scatter::default(),
             contact: Contact::default(),
+            tether: None,
             empirical: Vec::new(),
             time_step: DEFAULT_TIME_STEP,
         })

@@ -68,6 +68,8 @@ pub struct Wheel {
     pub tyre: Tyre,
     /// Share of its encoder's counts that get lost while it turns \[–\].
     pub count_loss: f64,
+    /// Relative amplitude of its radius over a turn, and the rotation at which it is greatest \[–, rad\].
+    pub out_of_round: [f64; 2],
 }
 
 impl Wheel {
@@ -255,6 +257,7 @@ impl Robot {
                     friction_across: wheel.friction_across.unwrap_or(tyre.friction_across),
                 },
                 count_loss: 0.0,
+                out_of_round: [0.0; 2],
             })
             .collect();
         let casters = model

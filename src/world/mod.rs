@@ -20,7 +20,7 @@ pub use patch::{CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, PatchMotion};
 pub use snapshot::{PatchSnapshot, WheelSnapshot};
 
 use crate::geometry::{Pose2, Twist2, unwrap_near, wrap_angle};
-use crate::scene::{Caster, Contact, EmpiricalTerm, Motion, Placement, Scene, Wheel};
+use crate::scene::{Caster, Contact, EmpiricalTerm, Motion, Placement, Scene, Tyre, Wheel};
 pub use drivetrain::Play;
 use drivetrain::{Counter, Friction, SpeedLoop};
 use ground::{Ground, Touch};
@@ -353,6 +353,13 @@ impl World {
         }
         let mut force = Vector::ZERO;
         let mut torque = reaction;
+        if let Some(tether) = &self.scene.tether {
+            let [x, y, z] = tether.anchor;
+            let chassis = &self.physics.bodies[self.chassis];
+            let pull = (Vector::new(x, y, z) - base).normalize() * tether.pull;
+            force += pull;
+            torque += (base - chassis.center_of_mass()).cross(pull);
+        }
         let chassis = &self.physics.bodies[self.chassis];
         for caster in &mut self.casters {
             let (pushed, turned) = caster.press(&self.ground, chassis, &floor_velocity, dt);
@@ -450,7 +457,12 @@ impl RunningWheel {
         floor_velocity: &impl Fn(Vector) -> Vector,
         dt: f64,
     ) -> (Vector, Vector) {
-        let tyre = &wheel.tyre;
+        let [uneven, phase] = wheel.out_of_round;
+        let tyre = &if uneven == 0.0 {
+            wheel.tyre
+        } else {
+            Tyre { free_radius: wheel.tyre.free_radius * (1.0 + uneven * (self.angle - phase).cos()), ..wheel.tyre }
+        };
         let centre = body.translation();
         let mass_centre = body.center_of_mass();
         let axle = *body.rotation() * self.axle;

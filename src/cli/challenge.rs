@@ -1,0 +1,107 @@
+//! `treadmark challenge`: hidden effects, drawn for others or scored.
+
+use super::options::SceneOptions;
+use super::watch::stop_on_ctrl_c;
+use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, score};
+use clap::{Args, ValueEnum};
+
+/// Arguments of `treadmark challenge`.
+#[derive(Args)]
+pub(super) struct Arguments {
+    #[command(flatten)]
+    scene: SceneOptions,
+    /// What the diagnosis gets to see
+    #[arg(long, value_enum, default_value_t = Data::Logs)]
+    data: Data,
+    /// What is hidden; mixed is one effect, or in one draw of five nothing
+    #[arg(long, value_enum, default_value_t = Effects::Mixed)]
+    effects: Effects,
+    /// What is driven: 2 m and 4 m squares, or a straight, spins, circles and slow squares besides
+    #[arg(long, value_enum, default_value_t = Campaign::Squares)]
+    campaign: Campaign,
+    /// Draw the world with another tyre law than the diagnosis knows
+    #[arg(long)]
+    mismatch: bool,
+    /// Draw, diagnose and score a range of seeds
+    #[arg(long)]
+    score: bool,
+    /// Seeds to score: the first, and the one after the last
+    #[arg(long, value_name = "A..B", default_value = "1..201", value_parser = range)]
+    seeds: (u64, u64),
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Data {
+    Logs,
+    Endpoints,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Effects {
+    None,
+    One,
+    Two,
+    Outside,
+    Mixed,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum Campaign {
+    Squares,
+    Full,
+}
+
+fn range(text: &str) -> Result<(u64, u64), String> {
+    let parsed = text.split_once("..").and_then(|(a, b)| Some((a.parse().ok()?, b.parse().ok()?)));
+    match parsed {
+        Some((a, b)) if a < b => Ok((a, b)),
+        _ => Err("it must read A..B with whole numbers A < B, as in 1..201".to_owned()),
+    }
+}
+
+/// Scores a range of seeds.
+pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    arguments.scene.set_threads()?;
+    let scene = arguments.scene.scene()?;
+    let stop = stop_on_ctrl_c();
+    let challenge = Challenge {
+        seed: arguments.scene.seed,
+        data: match arguments.data {
+            Data::Logs => DataKind::Logs,
+            Data::Endpoints => DataKind::EndPoints,
+        },
+        effects: match arguments.effects {
+            Effects::None => EffectsKind::None,
+            Effects::One => EffectsKind::One,
+            Effects::Two => EffectsKind::Two,
+            Effects::Outside => EffectsKind::Outside,
+            Effects::Mixed => EffectsKind::Mixed,
+        },
+        campaign: match arguments.campaign {
+            Campaign::Squares => CampaignKind::Squares,
+            Campaign::Full => CampaignKind::Full,
+        },
+        mismatch: arguments.mismatch,
+    };
+    let mut watch = |scored: &Scored| {
+        eprintln!(
+            "{:>5} {:?} | truth: {} | δ {:.1} | oracle: {} | answer: {} | {:.1} s",
+            scored.seed,
+            scored.tally,
+            scored.truth.join(" & "),
+            scored.strength,
+            scored.oracle_set.join(","),
+            scored.answer,
+            scored.seconds
+        );
+    };
+    let result = score(&scene, challenge, arguments.seeds.0..arguments.seeds.1, &mut watch, stop)?;
+    let mut counts = std::collections::BTreeMap::new();
+    for scored in &result.draws {
+        *counts.entry(format!("{:?}", scored.tally)).or_insert(0) += 1;
+    }
+    let covered: Vec<bool> = result.draws.iter().flat_map(|scored| scored.covered.clone()).collect();
+    println!("{counts:?} nameable {}", result.oracle_nameable);
+    println!("coverage {}/{}", covered.iter().filter(|c| **c).count(), covered.len());
+    Ok(())
+}

@@ -1,0 +1,209 @@
+//! The runs as a diagnosis sees them: what was read where, and which runs repeat one another.
+
+use crate::dataset::{Dataset, Protocol, Run};
+use crate::geometry::Pose2;
+use crate::odometry::{DeadReckoning, OdometryParameters};
+
+/// One run.
+#[derive(Debug, Clone)]
+pub(super) struct Case {
+    /// Name of its campaign and its own.
+    pub name: String,
+    pub run: Run,
+    /// What the wheels' counts mean.
+    pub counted: OdometryParameters,
+    /// Whether it has an encoder log to replay.
+    pub replayed: bool,
+    /// What was read, in order of time; the last is the end.
+    pub readings: Vec<Reading>,
+    /// Stamp of the reading whose frame the others are stated in \[s\]; `None`: the start.
+    pub frame_stamp: Option<f64>,
+    /// Hours since the campaign began.
+    pub hours: f64,
+}
+
+/// One surveyed pose.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Reading {
+    /// By the survey's clock \[s\]; `None`: at the end of the run.
+    pub stamp: Option<f64>,
+    pub x: f64,
+    pub y: f64,
+    pub heading: Option<f64>,
+}
+
+/// Runs that repeat one another: the same protocol, driven alike.
+#[derive(Debug, Clone)]
+pub(super) struct Cluster {
+    /// Index of the run that stands for them.
+    pub reference: usize,
+    /// Indices of all of them.
+    pub runs: Vec<usize>,
+    /// Index of the condition that it belongs to.
+    pub condition: usize,
+}
+
+/// What was driven: runs of one condition share what a model gets wrong.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Condition {
+    /// What was driven; all paths are one condition.
+    pub protocol: Protocol,
+    /// Cruising speed \[m/s\].
+    pub speed: Option<f64>,
+    /// Turn rate on the spot \[rad/s\].
+    pub turn_rate: Option<f64>,
+}
+
+impl Condition {
+    pub(super) fn of(run: &Run) -> Condition {
+        Condition { protocol: run.protocol, speed: run.speed, turn_rate: run.turn_rate }
+    }
+
+    /// In words: `square 2 m ccw`.
+    pub fn label(&self) -> String {
+        let shape = match self.protocol {
+            Protocol::Square { side, .. } => format!("square {side} m"),
+            Protocol::Straight { length, .. } => format!("straight {length} m"),
+            Protocol::Spin { turn, .. } => format!("spin {turn:.1} rad"),
+            Protocol::Circle { radius, .. } => format!("circle {radius} m"),
+            Protocol::Path => "path".to_owned(),
+        };
+        let mut label = shape;
+        if let Some(direction) = self.protocol.direction() {
+            label = format!("{label} {direction}");
+        }
+        if let Some(speed) = self.speed.filter(|_| !matches!(self.protocol, Protocol::Spin { .. })) {
+            label = format!("{label}, {speed} m/s");
+        }
+        if let Some(rate) = self.turn_rate.filter(|_| matches!(self.protocol, Protocol::Spin { .. })) {
+            label = format!("{label}, {rate} rad/s");
+        }
+        label
+    }
+}
+
+/// Readings of one run that take part: enough to see what happens along the way, few enough to be quick with.
+const MOST_READINGS: usize = 40;
+
+/// The runs of `datasets` that have anything to say: an end pose or poses, and a way to predict them. Names of those left
+/// out come with the reason.
+pub(super) fn cases(datasets: &[Dataset], fallback: &OdometryParameters) -> (Vec<Case>, Vec<String>) {
+    let mut cases = Vec::new();
+    let mut left_out = Vec::new();
+    for dataset in datasets {
+        let counted = dataset.campaign.odometry.unwrap_or(*fallback);
+        let counted = OdometryParameters {
+            ticks_per_revolution: counted
+                .ticks_per_revolution
+                .or(dataset.campaign.robot.ticks_per_revolution)
+                .or(fallback.ticks_per_revolution),
+            ..counted
+        };
+        for run in &dataset.runs {
+            let name = format!("{}/{}", dataset.campaign.name, run.name);
+            let both_sides = |log: &crate::dataset::EncoderLog| {
+                ["left", "right"].iter().all(|side| log.channels.iter().any(|name| name.ends_with(side)))
+            };
+            let log = run.encoders.as_ref().filter(|log| log.len() > 1);
+            if log.is_some_and(|log| !both_sides(log)) {
+                left_out.push(format!("{name}: its encoder log has only one side"));
+                continue;
+            }
+            let replayed = log.is_some();
+            if !replayed && run.protocol.nominal_end().is_none() {
+                left_out.push(format!("{name}: without an encoder log, its way is not known"));
+                continue;
+            }
+            let readings = readings(run, replayed);
+            if readings.is_empty() {
+                left_out.push(format!("{name}: no pose was read"));
+                continue;
+            }
+            let on_the_way = readings.iter().any(|reading| reading.stamp.is_some());
+            let frame_stamp = run.poses.as_ref().filter(|_| on_the_way).and_then(|log| log.time.first().copied());
+            let hours = run.started.unwrap_or(0.0) / 3600.0;
+            cases.push(Case { name, run: run.clone(), counted, replayed, readings, frame_stamp, hours });
+        }
+    }
+    (cases, left_out)
+}
+
+/// The readings that take part. Poses on the way need an encoder log, which tells when the robot was where.
+fn readings(run: &Run, replayed: bool) -> Vec<Reading> {
+    if let (true, Some(log)) = (replayed, run.poses.as_ref().filter(|log| log.time.len() > 2)) {
+        let encoders = run.encoders.as_ref().expect("a replayed run has a log");
+        let (first, last) = (encoders.time[0] - 0.5, encoders.time[encoders.len() - 1] + 0.5);
+        let overlap: Vec<usize> =
+            (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
+        if overlap.len() > 2 {
+            let rows = overlap.len().min(MOST_READINGS);
+            return (1..=rows)
+                .map(|k| {
+                    let row = overlap[k * overlap.len() / rows - 1];
+                    let pose = log.poses[row];
+                    Reading { stamp: Some(log.time[row]), x: pose.x, y: pose.y, heading: pose.heading }
+                })
+                .collect();
+        }
+    }
+    run.end.map(|end| Reading { stamp: None, x: end.x, y: end.y, heading: end.heading }).into_iter().collect()
+}
+
+impl Case {
+    /// The dead-reckoned way at fractions of the run's time, in `steps` steps.
+    fn reckoned(&self, steps: usize) -> Vec<Pose2> {
+        let Some(log) = self.run.encoders.as_ref().filter(|_| self.replayed) else { return Vec::new() };
+        let mut reckoning = DeadReckoning::new(self.counted);
+        let path: Vec<Pose2> = (0..log.len())
+            .map(|row| {
+                let [left, right] = log.sides(row, &self.counted);
+                reckoning.update(left, right)
+            })
+            .collect();
+        (0..=steps).map(|k| path[k * (path.len() - 1) / steps]).collect()
+    }
+
+    /// Time of the encoder log from its first to its last row \[s\]; 0 without a log.
+    pub fn duration(&self) -> f64 {
+        self.run.encoders.as_ref().map_or(0.0, |log| log.time[log.len() - 1] - log.time[0])
+    }
+}
+
+/// Groups runs that repeat one another, and names the conditions. `apart` keeps runs with different start times apart.
+pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condition>) {
+    const STEPS: usize = 40;
+    let mut clusters: Vec<(Cluster, Vec<Pose2>)> = Vec::new();
+    let mut conditions: Vec<Condition> = Vec::new();
+    for (index, case) in cases.iter().enumerate() {
+        let condition = Condition::of(&case.run);
+        let condition = conditions.iter().position(|known| *known == condition).unwrap_or_else(|| {
+            conditions.push(condition);
+            conditions.len() - 1
+        });
+        let reckoned = case.reckoned(STEPS);
+        let alike = |(cluster, way): &(Cluster, Vec<Pose2>)| {
+            let reference = &cases[cluster.reference];
+            let length: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+            cluster.condition == condition
+                && reference.replayed == case.replayed
+                && reference.readings.len() == case.readings.len()
+                && reference.readings.iter().zip(&case.readings).all(|(a, b)| a.heading.is_some() == b.heading.is_some())
+                && near(reference.run.start.unwrap_or_default(), case.run.start.unwrap_or_default())
+                && (!apart || reference.hours == case.hours)
+                && (reference.duration() - case.duration()).abs() <= 0.02 * reference.duration()
+                && way.iter().zip(&reckoned).all(|(a, b)| {
+                    a.distance(*b) < 0.02 * length + 0.02 && (a.heading - b.heading).abs() < 0.1
+                })
+        };
+        match clusters.iter_mut().find(|entry| alike(entry)) {
+            Some((cluster, _)) => cluster.runs.push(index),
+            None => clusters.push((Cluster { reference: index, runs: vec![index], condition }, reckoned)),
+        }
+    }
+    (clusters.into_iter().map(|(cluster, _)| cluster).collect(), conditions)
+}
+
+/// Whether two starts are the same mark, to what a survey can tell and a floor can matter.
+fn near(a: Pose2, b: Pose2) -> bool {
+    a.distance(b) < 0.05 && (a.heading - b.heading).abs() < 0.05
+}

@@ -1,0 +1,347 @@
+//! Readings against a hypothesis: residuals, sensitivities, evidence.
+//!
+//! A hypothesis moves along some axes with a normal prior on each. Its evidence is Laplace's: the likelihood of the readings
+//! at the best coordinates, the prior there, and the share of the prior that the readings leave
+//! [MacKay, *Neural Computation* 4 (1992) 415–447]. The responses themselves are allowed an error of a few per cent, as
+//! unknowns with a prior of their own: a tyre is not the model's tyre.
+
+use super::case::{Case, Cluster};
+use super::noise::Shapes;
+use super::surrogate::{Coordinates, Step, Surrogate, compose};
+use super::variant::{Axis, Variant};
+use crate::geometry::Pose2;
+use crate::scene::Scene;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::f64::consts::LN_2;
+
+/// Error that responses are allowed as a whole, and in each part of the way, relative.
+pub(super) const RESPONSE_ERROR: [f64; 2] = [0.02, 0.03];
+/// Parts of a way whose responses may err independently.
+const PARTS: usize = 8;
+
+/// All that a fit needs.
+pub(super) struct Problem<'a> {
+    pub scene: &'a Scene,
+    pub cases: &'a [Case],
+    pub clusters: &'a [Cluster],
+    pub conditions: usize,
+    pub variants: &'a [Variant],
+    pub surrogate: &'a Surrogate,
+    /// Observed readings, flattened, one vector a run.
+    pub observed: Vec<DVector<f64>>,
+    /// One a cluster.
+    pub factors: Vec<Cholesky<f64, Dyn>>,
+    pub response_error: [f64; 2],
+    /// How often each run counts: 0 takes no part.
+    pub counts: Vec<f64>,
+}
+
+/// A hypothesis at its best.
+#[derive(Debug, Clone)]
+pub(super) struct Fit {
+    /// Axes and coordinates.
+    pub at: Vec<(Axis, f64)>,
+    /// Of the coordinates, in their order.
+    pub covariance: DMatrix<f64>,
+    /// Logarithm of the evidence, up to a constant that all hypotheses share.
+    pub log_evidence: f64,
+    /// Σ of squared whitened residuals.
+    pub chi2: f64,
+}
+
+/// Whitened sensitivities and residuals of the runs, cluster by cluster.
+pub(super) struct Linearised {
+    /// Axes of the columns.
+    pub axes: Vec<Axis>,
+    /// Whitened columns of each cluster.
+    pub columns: Vec<DMatrix<f64>>,
+    /// Whitened residuals of each run.
+    pub residuals: Vec<DVector<f64>>,
+}
+
+pub(super) fn flatten(case: &Case, poses: &[Pose2]) -> DVector<f64> {
+    let mut values = Vec::with_capacity(3 * poses.len());
+    for (reading, pose) in case.readings.iter().zip(poses) {
+        values.extend([pose.x, pose.y]);
+        if reading.heading.is_some() {
+            values.push(pose.heading);
+        }
+    }
+    DVector::from_vec(values)
+}
+
+pub(super) fn observed(case: &Case) -> DVector<f64> {
+    let poses: Vec<Pose2> =
+        case.readings.iter().map(|r| Pose2::new(r.x, r.y, r.heading.unwrap_or(0.0))).collect();
+    flatten(case, &poses)
+}
+
+impl Problem<'_> {
+    /// Predicted readings of one run, flattened.
+    pub fn predict(&self, cluster: usize, run: usize, at: &Coordinates) -> DVector<f64> {
+        let survey = self.surrogate.survey_of(self.scene, at, self.variants);
+        self.predict_with(cluster, run, at, &survey)
+    }
+
+    fn predict_with(&self, cluster: usize, run: usize, at: &Coordinates, survey: &crate::scene::Survey) -> DVector<f64> {
+        let path = self.surrogate.path(cluster, run, at, self.variants);
+        let case = &self.cases[run];
+        flatten(case, &self.surrogate.readings(case, &self.surrogate.ways[run], &path, survey))
+    }
+
+    /// The coordinate's value at which nothing changes is 0 throughout.
+    fn step(&self, axis: Axis) -> f64 {
+        1e-3 * self.variants[axis.variant].coordinates[axis.coordinate].std_dev
+    }
+
+    /// Residuals at `at` and sensitivities along `axes` there.
+    pub fn linearise(&self, at: &Coordinates, axes: &[Axis]) -> Linearised {
+        let survey = self.surrogate.survey_of(self.scene, at, self.variants);
+        let shifted: Vec<(Vec<(Axis, f64)>, crate::scene::Survey, f64)> = axes
+            .iter()
+            .map(|&axis| {
+                let step = self.step(axis);
+                let mut moved = at.to_vec();
+                match moved.iter_mut().find(|(known, _)| *known == axis) {
+                    Some((_, value)) => *value += step,
+                    None => moved.push((axis, step)),
+                }
+                let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);
+                (moved, survey, step)
+            })
+            .collect();
+        let mut residuals: Vec<DVector<f64>> = self.cases.iter().map(|_| DVector::zeros(0)).collect();
+        let mut columns = Vec::with_capacity(self.clusters.len());
+        for (index, cluster) in self.clusters.iter().enumerate() {
+            let factor = self.factors[index].l_dirty();
+            let reference = cluster.reference;
+            let here = self.predict_with(index, reference, at, &survey);
+            let mut jacobian = DMatrix::zeros(here.len(), axes.len());
+            for (column, (axis, (moved, survey, step))) in axes.iter().zip(&shifted).enumerate() {
+                let hourly = self.variants[axis.variant].coordinates[axis.coordinate].hourly;
+                let there = if hourly {
+                    self.predict_at_an_hour(index, reference, at, moved, survey)
+                } else {
+                    self.predict_with(index, reference, moved, survey) - &here
+                };
+                jacobian.set_column(column, &(there / *step));
+            }
+            factor.solve_lower_triangular_mut(&mut jacobian);
+            columns.push(jacobian);
+            for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+                let mut residual = &self.observed[run] - self.predict_with(index, run, at, &survey);
+                factor.solve_lower_triangular_mut(&mut residual);
+                residuals[run] = residual;
+            }
+        }
+        Linearised { axes: axes.to_vec(), columns, residuals }
+    }
+
+    /// Change of the reference run's readings when it is driven an hour later.
+    fn predict_at_an_hour(
+        &self,
+        cluster: usize,
+        run: usize,
+        at: &Coordinates,
+        moved: &Coordinates,
+        survey: &crate::scene::Survey,
+    ) -> DVector<f64> {
+        let case = &self.cases[run];
+        let mut way = self.surrogate.ways[run].clone();
+        way.hours = 1.0;
+        let path = |at: &Coordinates| {
+            let mut steps = way.steps.clone();
+            self.surrogate.responses[cluster].add(at, &way, self.variants, &mut steps);
+            compose(way.start, &steps)
+        };
+        let read = |at| flatten(case, &self.surrogate.readings(case, &way, &path(at), survey));
+        read(moved) - read(at)
+    }
+
+    /// What a column of the reference run is multiplied with for a run.
+    fn weight(&self, axis: Axis, run: usize) -> f64 {
+        if self.variants[axis.variant].coordinates[axis.coordinate].hourly { self.cases[run].hours } else { 1.0 }
+    }
+
+    /// Whitened change of a cluster's readings that the response of `at` makes as a whole and in each part of its way:
+    /// columns of the response's own error.
+    fn response_errors(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
+        let reference = self.clusters[cluster].reference;
+        let case = &self.cases[reference];
+        let way = &self.surrogate.ways[reference];
+        let survey = self.surrogate.survey_of(self.scene, at, self.variants);
+        let mut changed = way.steps.clone();
+        self.surrogate.responses[cluster].add(at, way, self.variants, &mut changed);
+        let read = |steps: &[Step]| {
+            flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey))
+        };
+        let here = read(&changed);
+        let count = way.steps.len();
+        let mut columns = Vec::with_capacity(PARTS + 1);
+        for part in 0..=PARTS {
+            let mut steps = changed.clone();
+            let range = if part == PARTS { 0..count } else { part * count / PARTS..(part + 1) * count / PARTS };
+            // A tenth of the response less, scaled back up: linear to a tenth of a per cent of it.
+            for k in range {
+                for c in 0..3 {
+                    steps[k][c] -= 0.1 * (changed[k][c] - way.steps[k][c]);
+                }
+            }
+            let error = if part == PARTS { self.response_error[0] } else { self.response_error[1] };
+            columns.push((&here - read(&steps)) * (10.0 * error));
+        }
+        let mut columns = DMatrix::from_columns(&columns);
+        self.factors[cluster].l_dirty().solve_lower_triangular_mut(&mut columns);
+        columns
+    }
+
+    /// Normal equations of the columns: `jᵀj`, `jᵀr` and `rᵀr` over the active runs.
+    pub fn normal_equations(&self, linear: &Linearised) -> (DMatrix<f64>, DVector<f64>, f64) {
+        let p = linear.axes.len();
+        let (mut a, mut b, mut c) = (DMatrix::zeros(p, p), DVector::zeros(p), 0.0);
+        for (index, cluster) in self.clusters.iter().enumerate() {
+            let columns = &linear.columns[index];
+            let gram = columns.tr_mul(columns);
+            for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+                let count = self.counts[run];
+                let weights: Vec<f64> = linear.axes.iter().map(|&axis| self.weight(axis, run)).collect();
+                let residual = &linear.residuals[run];
+                let projected = columns.tr_mul(residual);
+                for i in 0..p {
+                    b[i] += count * weights[i] * projected[i];
+                    for j in 0..p {
+                        a[(i, j)] += count * weights[i] * weights[j] * gram[(i, j)];
+                    }
+                }
+                c += count * residual.norm_squared();
+            }
+        }
+        (a, b, c)
+    }
+
+    /// The best coordinates along `axes` from `start` on, and their evidence.
+    pub fn fit(&self, axes: &[Axis], start: &Coordinates) -> Fit {
+        let mut at: Vec<(Axis, f64)> = axes
+            .iter()
+            .map(|&axis| {
+                let known = start.iter().find(|(other, _)| *other == axis);
+                (axis, known.map_or(0.0, |(_, value)| *value))
+            })
+            .collect();
+        let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
+        let mut last = f64::INFINITY;
+        for _ in 0..6 {
+            let linear = self.linearise(&at, axes);
+            let (a, b, c) = self.normal_equations(&linear);
+            let off: DVector<f64> =
+                DVector::from_iterator(axes.len(), prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
+            let precision =
+                DVector::from_iterator(axes.len(), prior.iter().map(|prior| prior.std_dev.powi(-2)));
+            let cost = c + off.component_mul(&off).dot(&precision);
+            let normal = a + DMatrix::from_diagonal(&precision);
+            let Some(factor) = Cholesky::new(normal) else { break };
+            let mut step = factor.solve(&(b + precision.component_mul(&off)));
+            // A step of several prior σ leaves the range in which responses were simulated.
+            let far = step.iter().zip(&prior).map(|(step, prior)| step.abs() / (4.0 * prior.std_dev)).fold(1.0, f64::max);
+            step /= far;
+            for ((_, value), step) in at.iter_mut().zip(step.iter()) {
+                *value += step;
+            }
+            let moved = step.iter().zip(&prior).map(|(step, prior)| step.abs() / prior.std_dev).fold(0.0, f64::max);
+            if moved < 1e-3 || (last - cost).abs() < 1e-6 * (1.0 + cost) {
+                break;
+            }
+            last = cost;
+        }
+        self.evidence(axes, at)
+    }
+
+    /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
+    fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
+        let linear = self.linearise(&at, axes);
+        let (a, b, c) = self.normal_equations(&linear);
+        let p = axes.len();
+        let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
+        let off =
+            DVector::from_iterator(p, prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
+        let precision = DVector::from_iterator(p, prior.iter().map(|prior| prior.std_dev.powi(-2)));
+
+        let physical = at.iter().any(|(axis, _)| !self.variants[axis.variant].effect.is_survey());
+        let with_error = physical && self.response_error.iter().any(|error| *error > 0.0);
+        let per_condition = if with_error { PARTS + 1 } else { 0 };
+        let size = p + per_condition * self.conditions;
+        let mut normal = DMatrix::<f64>::identity(size, size);
+        let mut right = DVector::<f64>::zeros(size);
+        normal.view_mut((0, 0), (p, p)).copy_from(&(a + DMatrix::from_diagonal(&precision)));
+        right.rows_mut(0, p).copy_from(&(b + precision.component_mul(&off)));
+        if with_error {
+            for (index, cluster) in self.clusters.iter().enumerate() {
+                let errors = self.response_errors(index, &at);
+                let gram = errors.tr_mul(&errors);
+                let cross = errors.tr_mul(&linear.columns[index]);
+                let first = p + per_condition * cluster.condition;
+                for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+                    let count = self.counts[run];
+                    let mut block = normal.view_mut((first, first), (per_condition, per_condition));
+                    block += &gram * count;
+                    for j in 0..p {
+                        let weight = count * self.weight(axes[j], run);
+                        for i in 0..per_condition {
+                            normal[(first + i, j)] += weight * cross[(i, j)];
+                            normal[(j, first + i)] += weight * cross[(i, j)];
+                        }
+                    }
+                    let mut part = right.rows_mut(first, per_condition);
+                    part += errors.tr_mul(&linear.residuals[run]) * count;
+                }
+            }
+        }
+        let Some(factor) = Cholesky::new(normal) else {
+            return Fit { at, covariance: DMatrix::identity(p, p), log_evidence: f64::NEG_INFINITY, chi2: c };
+        };
+        let solution = factor.solve(&right);
+        let log_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let quadratic = c + off.component_mul(&off).dot(&precision) - right.dot(&solution);
+        let mut log_evidence =
+            -0.5 * quadratic - 0.5 * log_det + 0.5 * precision.iter().map(|value| value.ln()).sum::<f64>();
+        let covariance = factor.inverse().view((0, 0), (p, p)).into_owned();
+        // A one-sided prior is twice as dense, and only the part of the posterior above 0 counts.
+        for (index, prior) in prior.iter().enumerate() {
+            if prior.one_sided {
+                let best = at[index].1 + solution[index];
+                log_evidence += LN_2 + log_normal_cdf(best / covariance[(index, index)].sqrt());
+            }
+        }
+        let at = at.into_iter().enumerate().map(|(index, (axis, value))| (axis, value + solution[index])).collect();
+        Fit { at, covariance, log_evidence, chi2: c }
+    }
+}
+
+/// ln Φ(z).
+pub(super) fn log_normal_cdf(z: f64) -> f64 {
+    if z > -5.0 {
+        (0.5 * statrs::function::erf::erfc(-z / std::f64::consts::SQRT_2)).ln()
+    } else {
+        // The tail's first terms.
+        -0.5 * z * z - (-z).ln() - 0.5 * std::f64::consts::TAU.ln() + (-1.0 / (z * z)).ln_1p()
+    }
+}
+
+/// Shapes of every cluster's noise, at the model as given.
+pub(super) fn shapes(problem_scene: &Scene, cases: &[Case], clusters: &[Cluster], surrogate: &Surrogate) -> Vec<Shapes> {
+    clusters
+        .iter()
+        .map(|cluster| {
+            let reference = cluster.reference;
+            let (case, way) = (&cases[reference], &surrogate.ways[reference]);
+            let path = compose(way.start, &way.steps);
+            let survey = problem_scene.survey;
+            let predicted = surrogate.readings(case, way, &path, &survey);
+            // The frame comes with the clock: an offset moves readings, not the frame that they are stated in.
+            let later = crate::scene::Survey { time_offset: survey.time_offset + 0.01, ..survey };
+            let clock =
+                (flatten(case, &surrogate.readings(case, way, &path, &later)) - flatten(case, &predicted)) / 0.01;
+            Shapes::new(case, way, &path, &predicted, clock)
+        })
+        .collect()
+}

@@ -1,0 +1,182 @@
+//! Which causes: none, one or several, by their evidence and what is plausible beforehand.
+
+use super::linear::{Fit, Problem};
+use super::variant::{Axis, Variant};
+use rayon::prelude::*;
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Chance beforehand that nothing is wrong, and that so many causes are at work at once: each further one is this much
+/// rarer than the last.
+const NOTHING: f64 = 0.25;
+const FURTHER: f64 = 0.2;
+
+/// A set of candidate causes.
+pub(super) type Set = BTreeSet<usize>;
+
+/// A hypothesis with its evidence.
+#[derive(Debug, Clone)]
+pub(super) struct Hypothesis {
+    /// Indices of its variants.
+    pub set: Set,
+    pub fit: Fit,
+    /// Logarithm of evidence times prior.
+    pub log_posterior: f64,
+}
+
+/// Everything that was looked at, best first.
+#[derive(Debug, Clone)]
+pub(super) struct Ranking {
+    pub hypotheses: Vec<Hypothesis>,
+}
+
+/// How far a hypothesis may lie behind the best one and still be worth going on from.
+const WORTH: f64 = 12.0;
+/// How many are gone on from.
+const BEAM: usize = 4;
+
+pub(super) fn axes_of(variants: &[Variant], set: &Set) -> Vec<Axis> {
+    set.iter()
+        .flat_map(|&variant| {
+            (0..variants[variant].coordinates.len()).map(move |coordinate| Axis { variant, coordinate })
+        })
+        .collect()
+}
+
+/// ln of the prior of a set: causes are alike likely, and so are the wheels or sides of one.
+pub(super) fn log_prior(variants: &[Variant], set: &Set) -> f64 {
+    if set.is_empty() {
+        return NOTHING.ln();
+    }
+    let mut of_effect: BTreeMap<&str, usize> = BTreeMap::new();
+    for variant in variants {
+        *of_effect.entry(variant.effect.id).or_default() += 1;
+    }
+    let effects = of_effect.len() as f64;
+    let rarity = (1.0 - NOTHING).ln() + (set.len() - 1) as f64 * FURTHER.ln();
+    rarity - set.iter().map(|&index| (effects * of_effect[variants[index].effect.id] as f64).ln()).sum::<f64>()
+}
+
+impl Ranking {
+    /// Searches sets of up to `most` causes among `allowed` variants.
+    pub fn search(problem: &Problem<'_>, allowed: &[usize], most: usize) -> Ranking {
+        let variants = problem.variants;
+        let evaluate = |set: &Set, start: &[(Axis, f64)]| {
+            let fit = problem.fit(&axes_of(variants, set), start);
+            let log_posterior = fit.log_evidence + log_prior(variants, set);
+            Hypothesis { set: set.clone(), fit, log_posterior }
+        };
+        let mut known: BTreeMap<Set, Hypothesis> = BTreeMap::new();
+        known.insert(Set::new(), evaluate(&Set::new(), &[]));
+        let singles: Vec<Set> = allowed.iter().map(|&index| Set::from([index])).collect();
+        let level: Vec<Hypothesis> = singles.par_iter().map(|set| evaluate(set, &[])).collect();
+        known.extend(level.into_iter().map(|hypothesis| (hypothesis.set.clone(), hypothesis)));
+
+        for size in 2..=most {
+            let mut seeds: Vec<&Hypothesis> = known.values().filter(|h| h.set.len() == size - 1).collect();
+            seeds.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+            seeds.truncate(BEAM);
+            // What one more cause promises, by a linear look from each seed.
+            let promises: Vec<(f64, Set, Vec<(Axis, f64)>)> = seeds
+                .par_iter()
+                .flat_map(|seed| promises(problem, allowed, seed))
+                .collect();
+            let best_so_far = known.values().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
+            let mut wanted: BTreeMap<Set, (f64, Vec<(Axis, f64)>)> = BTreeMap::new();
+            for (promise, set, start) in promises {
+                if promise < best_so_far - WORTH || known.contains_key(&set) {
+                    continue;
+                }
+                let entry = wanted.entry(set).or_insert((f64::NEG_INFINITY, Vec::new()));
+                if promise > entry.0 {
+                    *entry = (promise, start);
+                }
+            }
+            let mut wanted: Vec<(Set, f64, Vec<(Axis, f64)>)> =
+                wanted.into_iter().map(|(set, (promise, start))| (set, promise, start)).collect();
+            wanted.sort_by(|a, b| b.1.total_cmp(&a.1));
+            wanted.truncate(24);
+            let level: Vec<Hypothesis> =
+                wanted.par_iter().map(|(set, _, start)| evaluate(set, start)).collect();
+            let best_of_level = level.iter().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
+            known.extend(level.into_iter().map(|hypothesis| (hypothesis.set.clone(), hypothesis)));
+            if best_of_level < best_so_far - 3.0 {
+                break;
+            }
+        }
+        let mut hypotheses: Vec<Hypothesis> = known.into_values().collect();
+        hypotheses.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior).then_with(|| a.set.cmp(&b.set)));
+        Ranking { hypotheses }
+    }
+
+    /// The best.
+    pub fn best(&self) -> &Hypothesis {
+        &self.hypotheses[0]
+    }
+
+    /// That of no cause.
+    pub fn nothing(&self) -> &Hypothesis {
+        self.hypotheses.iter().find(|h| h.set.is_empty()).expect("nothing is always looked at")
+    }
+}
+
+/// Log posterior of `seed` and one more variant each, by a linear look from the seed's best coordinates.
+fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<(f64, Set, Vec<(Axis, f64)>)> {
+    let variants = problem.variants;
+    let others: Vec<usize> = allowed.iter().copied().filter(|index| !seed.set.contains(index)).collect();
+    let mut axes: Vec<Axis> = seed.fit.at.iter().map(|(axis, _)| *axis).collect();
+    let own = axes.len();
+    axes.extend(axes_of(variants, &others.iter().copied().collect()));
+    let linear = problem.linearise(&seed.fit.at, &axes);
+    let (a, b, c) = problem.normal_equations(&linear);
+    let prior = |axis: Axis| variants[axis.variant].coordinates[axis.coordinate];
+    // Evidence of the seed in the same linear terms, so that what the linear look leaves out cancels.
+    let linear_evidence = |columns: &[usize]| -> (f64, Vec<f64>) {
+        let p = columns.len();
+        let mut normal = nalgebra::DMatrix::<f64>::zeros(p, p);
+        let mut right = nalgebra::DVector::<f64>::zeros(p);
+        let (mut quadratic, mut log_precision) = (c, 0.0);
+        for (i, &column) in columns.iter().enumerate() {
+            let axis = axes[column];
+            let here = seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
+            let precision = prior(axis).std_dev.powi(-2);
+            let off = prior(axis).mean - here;
+            for (j, &other) in columns.iter().enumerate() {
+                normal[(i, j)] = a[(column, other)];
+            }
+            normal[(i, i)] += precision;
+            right[i] = b[column] + precision * off;
+            quadratic += precision * off * off;
+            log_precision += precision.ln();
+        }
+        let Some(factor) = nalgebra::Cholesky::new(normal) else { return (f64::NEG_INFINITY, Vec::new()) };
+        let solution = factor.solve(&right);
+        let log_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let evidence = -0.5 * (quadratic - right.dot(&solution)) - 0.5 * log_det + 0.5 * log_precision;
+        (evidence, solution.iter().copied().collect())
+    };
+    let base: Vec<usize> = (0..own).collect();
+    let (of_seed, _) = linear_evidence(&base);
+    others
+        .iter()
+        .map(|&index| {
+            let mut columns = base.clone();
+            columns.extend((own..axes.len()).filter(|&column| axes[column].variant == index));
+            let (with, solution) = linear_evidence(&columns);
+            let mut set = seed.set.clone();
+            set.insert(index);
+            let promise = seed.fit.log_evidence + with - of_seed + log_prior(variants, &set);
+            let start = columns
+                .iter()
+                .zip(solution)
+                .map(|(&column, step)| {
+                    let axis = axes[column];
+                    let here = seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
+                    // Not farther than a linear look can see.
+                    let reach = 4.0 * prior(axis).std_dev;
+                    (axis, here + step.clamp(-reach, reach))
+                })
+                .collect();
+            (promise, set, start)
+        })
+        .collect()
+}

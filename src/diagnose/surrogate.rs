@@ -1,0 +1,494 @@
+//! A fast stand-in for the simulator: what each cause does to the way of a run, step by step.
+//!
+//! The way of a run is a chain of small body-frame steps. A cause changes each step by a polynomial in its coordinate
+//! through simulations at a few values (exact there); steps are composed again, so that a heading that was changed early
+//! carries what comes later without any linearisation. Survey effects are applied to the composed way as they are.
+
+use super::case::{Case, Cluster, Condition};
+use super::forward::{ForwardError, ForwardModel};
+use super::variant::{Axis, Variant};
+use crate::geometry::{Pose2, Trace};
+use crate::scene::{EmpiricalTerm, Motion, Scene, Survey};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Length of a step of the way \[s\]: short against how long the robot takes to speed up or turn.
+const STEP: f64 = 0.1;
+
+/// Arm at which a turn counts as way \[m\].
+const ARM: f64 = 0.3;
+
+/// A change of one step in the body's frame: x, y \[m\], heading \[rad\].
+pub(super) type Step = [f64; 3];
+
+/// The stand-in for a set of runs.
+pub(super) struct Surrogate {
+    pub survey: Survey,
+    pub ways: Vec<Way>,
+    /// One a cluster.
+    pub responses: Vec<Responses>,
+}
+
+/// The way of one run as the model as given predicts it.
+#[derive(Debug, Clone)]
+pub(super) struct Way {
+    pub start: Pose2,
+    pub steps: Vec<Step>,
+    /// When it began and how long it lasts, by the encoders' clock \[s\].
+    pub began: f64,
+    pub lasts: f64,
+    /// Share of an hour per unit of hourly coordinates.
+    pub hours: f64,
+}
+
+/// What causes do to the steps of a cluster.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Responses {
+    pub of_axis: BTreeMap<Axis, Response>,
+}
+
+/// Change of the steps over one coordinate: through 0 at 0 and through what was simulated at each node.
+#[derive(Debug, Clone)]
+pub(super) struct Response {
+    /// Coordinate and change of what was simulated.
+    simulated: Vec<(f64, Vec<Step>)>,
+    /// Newton's divided differences, one a node.
+    differences: Vec<Vec<Step>>,
+}
+
+impl Response {
+    pub fn new(simulated: Vec<(f64, Vec<Step>)>) -> Response {
+        // Divided differences of the table (0, 0), (node, change), …
+        let at: Vec<f64> = std::iter::once(0.0).chain(simulated.iter().map(|(node, _)| *node)).collect();
+        let mut column: Vec<Vec<Step>> = vec![vec![[0.0; 3]; simulated[0].1.len()]];
+        column.extend(simulated.iter().map(|(_, change)| change.clone()));
+        let mut differences = Vec::new();
+        for order in 1..at.len() {
+            column = (0..column.len() - 1)
+                .map(|i| {
+                    let span = at[i + order] - at[i];
+                    column[i].iter().zip(&column[i + 1]).map(|(a, b)| each(|c| (b[c] - a[c]) / span)).collect()
+                })
+                .collect();
+            differences.push(column[0].clone());
+        }
+        Response { simulated, differences }
+    }
+
+    /// Adds the change at coordinate `x` to `steps`.
+    fn add(&self, x: f64, steps: &mut [Step]) {
+        let mut factor = x;
+        for (order, difference) in self.differences.iter().enumerate() {
+            if order > 0 {
+                factor *= x - self.simulated[order - 1].0;
+            }
+            for (step, change) in steps.iter_mut().zip(difference) {
+                for c in 0..3 {
+                    step[c] += factor * change[c];
+                }
+            }
+        }
+    }
+}
+
+impl Responses {
+    /// Adds the changes under a hypothesis to the steps of `way`.
+    pub fn add(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
+        for (axis, value) in at {
+            if let Some(response) = self.of_axis.get(axis) {
+                let hourly = variants[axis.variant].coordinates[axis.coordinate].hourly;
+                response.add(if hourly { value * way.hours } else { *value }, steps);
+            }
+        }
+    }
+}
+
+fn each(value: impl Fn(usize) -> f64) -> Step {
+    std::array::from_fn(value)
+}
+
+/// Coordinates of a hypothesis: a value for each axis that it moves along.
+pub(super) type Coordinates = [(Axis, f64)];
+
+impl Surrogate {
+    /// Simulates every run of `cases` as given, and every cluster under every variant.
+    pub fn new(
+        model: &dyn ForwardModel,
+        cases: &[Case],
+        clusters: &[Cluster],
+        variants: &[Variant],
+        library: Option<&Library>,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Surrogate, ForwardError> {
+        let scene = model.scene();
+        // Without a log all runs of a cluster are one simulation.
+        let jobs: Vec<(usize, usize)> = clusters
+            .iter()
+            .enumerate()
+            .flat_map(|(index, cluster)| {
+                let replayed = cases[cluster.reference].replayed;
+                let runs = if replayed { cluster.runs.clone() } else { vec![cluster.reference] };
+                runs.into_iter().map(move |run| (index, run))
+            })
+            .collect();
+        let axes = axes(variants, cases);
+        let known: Vec<Option<&Entry>> =
+            clusters.iter().map(|cluster| library.and_then(|library| library.of(&cases[cluster.reference]))).collect();
+        let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
+            .filter(|&cluster| known[cluster].is_none())
+            .flat_map(|cluster| axes.iter().map(move |&axis| (cluster, axis)))
+            .collect();
+        let total = jobs.len() + 2 * to_simulate.len();
+        let done = std::sync::atomic::AtomicUsize::new(0);
+        let tick = || progress(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, total);
+
+        let traces: Vec<((usize, usize), Trace)> = jobs
+            .par_iter()
+            .map(|&(cluster, run)| {
+                let trace = model.trace(scene, &cases[run].run, &cases[run].counted)?;
+                tick();
+                Ok(((cluster, run), trace))
+            })
+            .collect::<Result<_, ForwardError>>()?;
+        let mut ways: Vec<Option<Way>> = vec![None; cases.len()];
+        for ((cluster, run), trace) in &traces {
+            let reference = &cases[clusters[*cluster].reference];
+            let count = steps_of(if reference.replayed { reference.duration() } else { lasts(trace) });
+            let way = Way::of(trace, count, reference.replayed, cases[*run].hours);
+            if reference.replayed {
+                ways[*run] = Some(way);
+            } else {
+                for &member in &clusters[*cluster].runs {
+                    ways[member] = Some(Way { hours: cases[member].hours, ..way.clone() });
+                }
+            }
+        }
+        let ways: Vec<Way> = ways.into_iter().map(|way| way.expect("every run is in a cluster")).collect();
+        let mut surrogate =
+            Surrogate { survey: scene.survey, responses: vec![Responses::default(); clusters.len()], ways };
+
+        for (cluster, entry) in known.iter().enumerate() {
+            if let Some(entry) = entry {
+                surrogate.responses[cluster] = entry.along(&surrogate.ways[clusters[cluster].reference]);
+            }
+        }
+        let responses: Vec<Response> = to_simulate
+            .par_iter()
+            .map(|&(cluster, axis)| {
+                let coordinate = variants[axis.variant].coordinates[axis.coordinate];
+                let at = if coordinate.one_sided {
+                    [coordinate.std_dev, 2.0 * coordinate.std_dev]
+                } else if coordinate.mean != 0.0 {
+                    [coordinate.mean, coordinate.mean - coordinate.std_dev]
+                } else {
+                    [-coordinate.std_dev, coordinate.std_dev]
+                };
+                let nodes = at.map(|at| {
+                    let change = surrogate.simulated_change(
+                        model,
+                        cases,
+                        &clusters[cluster],
+                        variants,
+                        &[(axis, at)],
+                    );
+                    tick();
+                    change.map(|change| (at, change))
+                });
+                let [one, other] = nodes;
+                Ok(Response::new(vec![one?, other?]))
+            })
+            .collect::<Result<_, ForwardError>>()?;
+        for ((cluster, axis), response) in to_simulate.into_iter().zip(responses) {
+            surrogate.responses[cluster].of_axis.insert(axis, response);
+        }
+        Ok(surrogate)
+    }
+
+    /// What the simulator says that `at` changes in the steps of a cluster's reference run.
+    fn simulated_change(
+        &self,
+        model: &dyn ForwardModel,
+        cases: &[Case],
+        cluster: &Cluster,
+        variants: &[Variant],
+        at: &Coordinates,
+    ) -> Result<Vec<Step>, ForwardError> {
+        let case = &cases[cluster.reference];
+        let way = &self.ways[cluster.reference];
+        let causes = causes(variants, at);
+        let scene = crate::effect::Cause::edit_all(&causes, model.scene());
+        let mut run = case.run.clone();
+        if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
+            // Stated an hour: what it does after one.
+            run.started = Some(run.started.unwrap_or(0.0) + 3600.0);
+        }
+        let trace = model.trace(&scene, &run, &case.counted)?;
+        let edited = Way::of(&trace, way.steps.len(), case.replayed, 0.0);
+        Ok(edited.steps.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect())
+    }
+
+    /// Makes the stand-in exact at one value of one axis, in every cluster.
+    pub fn refine(
+        &mut self,
+        model: &dyn ForwardModel,
+        cases: &[Case],
+        clusters: &[Cluster],
+        variants: &[Variant],
+        axis: Axis,
+        at: f64,
+    ) -> Result<(), ForwardError> {
+        let changes: Vec<Vec<Step>> = clusters
+            .par_iter()
+            .map(|cluster| self.simulated_change(model, cases, cluster, variants, &[(axis, at)]))
+            .collect::<Result<_, _>>()?;
+        for (responses, change) in self.responses.iter_mut().zip(changes) {
+            let Some(response) = responses.of_axis.get_mut(&axis) else { continue };
+            let mut simulated = response.simulated.clone();
+            simulated.push((at, change));
+            *response = Response::new(simulated);
+        }
+        Ok(())
+    }
+
+    /// How far `at` is from the nearest value of `axis` that was simulated.
+    pub fn nearest_node(&self, axis: Axis, at: f64) -> f64 {
+        let nodes = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
+        nodes
+            .flat_map(|response| response.simulated.iter().map(|(node, _)| *node).chain([0.0]))
+            .map(|node| (node - at).abs())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The way of a run under a hypothesis: its steps' ends in the room, the start first.
+    pub fn path(&self, cluster: usize, run: usize, at: &Coordinates, variants: &[Variant]) -> Vec<Pose2> {
+        let way = &self.ways[run];
+        let mut steps = way.steps.clone();
+        self.responses[cluster].add(at, way, variants, &mut steps);
+        compose(way.start, &steps)
+    }
+
+    /// Readings of a path, as `survey` reads them.
+    pub fn readings(&self, case: &Case, way: &Way, path: &[Pose2], survey: &Survey) -> Vec<Pose2> {
+        let at = |stamp: Option<f64>| match stamp {
+            None => path[path.len() - 1],
+            Some(stamp) => {
+                let steps = path.len() - 1;
+                let place = ((survey.time_of(stamp) - way.began) / way.lasts).clamp(0.0, 1.0) * steps as f64;
+                let before = (place as usize).min(steps - 1);
+                let part = place - before as f64;
+                let step = path[before].relative(path[before + 1]);
+                path[before].compose(Pose2::new(step.x * part, step.y * part, step.heading * part))
+            }
+        };
+        let frame = case.frame_stamp.map_or(path[0], |stamp| at(Some(stamp)));
+        case.readings.iter().map(|reading| survey.reading(frame, at(reading.stamp))).collect()
+    }
+
+    /// The survey under a hypothesis.
+    pub fn survey_of(&self, scene: &Scene, at: &Coordinates, variants: &[Variant]) -> Survey {
+        if !at.iter().any(|(axis, _)| variants[axis.variant].effect.is_survey()) {
+            return self.survey;
+        }
+        let causes: Vec<_> =
+            causes(variants, at).into_iter().filter(|cause| cause.effect.is_survey()).collect();
+        let mut light = scene.clone();
+        light.survey = self.survey;
+        crate::effect::Cause::edit_all(&causes, &light).survey
+    }
+}
+
+/// Responses of a robot in conditions that were simulated before: what causes do to one run they do to the next of its
+/// kind, place by place along the way.
+#[derive(Debug, Clone, Default)]
+pub struct Library {
+    entries: Vec<Entry>,
+}
+
+#[derive(Debug, Clone)]
+struct Entry {
+    condition: Condition,
+    replayed: bool,
+    /// Progress at the end of each step.
+    progress: Vec<f64>,
+    responses: Responses,
+}
+
+impl Library {
+    /// What a surrogate simulated.
+    pub(super) fn of_surrogate(surrogate: &Surrogate, cases: &[Case], clusters: &[Cluster]) -> Library {
+        let entry = |(cluster, responses): (&Cluster, &Responses)| Entry {
+            condition: Condition::of(&cases[cluster.reference].run),
+            replayed: cases[cluster.reference].replayed,
+            progress: surrogate.ways[cluster.reference].progress(),
+            responses: responses.clone(),
+        };
+        Library { entries: clusters.iter().zip(&surrogate.responses).map(entry).collect() }
+    }
+
+    fn of(&self, case: &Case) -> Option<&Entry> {
+        let condition = Condition::of(&case.run);
+        self.entries.iter().find(|entry| entry.condition == condition && entry.replayed == case.replayed)
+    }
+}
+
+impl Entry {
+    /// The responses, carried over to the steps of another way by its progress.
+    fn along(&self, way: &Way) -> Responses {
+        let wanted = way.progress();
+        let carry = |changes: &[Step]| -> Vec<Step> {
+            let sum_at = |place: f64, sums: &[Step]| -> Step {
+                let after = self.progress.partition_point(|&p| p < place).min(self.progress.len() - 1);
+                let (p0, s0) = if after == 0 { (0.0, [0.0; 3]) } else { (self.progress[after - 1], sums[after - 1]) };
+                let (p1, s1) = (self.progress[after], sums[after]);
+                let part = if p1 > p0 { ((place - p0) / (p1 - p0)).clamp(0.0, 1.0) } else { 1.0 };
+                each(|c| s0[c] + part * (s1[c] - s0[c]))
+            };
+            let mut sums = Vec::with_capacity(changes.len());
+            let mut sum = [0.0; 3];
+            for change in changes {
+                sum = each(|c| sum[c] + change[c]);
+                sums.push(sum);
+            }
+            let mut before = [0.0; 3];
+            let last = wanted.len() - 1;
+            wanted
+                .iter()
+                .enumerate()
+                .map(|(k, &place)| {
+                    let now = if k == last { sum } else { sum_at(place, &sums) };
+                    let change = each(|c| now[c] - before[c]);
+                    before = now;
+                    change
+                })
+                .collect()
+        };
+        let of_axis = self.responses.of_axis.iter().map(|(axis, response)| {
+            let simulated = response.simulated.iter().map(|(node, changes)| (*node, carry(changes))).collect();
+            (*axis, Response::new(simulated))
+        });
+        Responses { of_axis: of_axis.collect() }
+    }
+}
+
+/// The coordinates that have to be simulated: not those of the survey, and not what a replay cannot show.
+fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
+    let all_replayed = cases.iter().all(|case| case.replayed);
+    variants
+        .iter()
+        .enumerate()
+        .filter(|(_, variant)| !variant.effect.is_survey())
+        // Logged stamps are not late: a replay does not depend on when the controller got its counts.
+        .filter(|(_, variant)| !(all_replayed && variant.effect.id == "encoder_latency"))
+        .flat_map(|(index, variant)| {
+            (0..variant.coordinates.len()).map(move |coordinate| Axis { variant: index, coordinate })
+        })
+        .collect()
+}
+
+/// The causes at a hypothesis' coordinates, in the order of their variants.
+pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effect::Cause> {
+    let mut of_variant: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for (axis, value) in at {
+        let values = of_variant
+            .entry(axis.variant)
+            .or_insert_with(|| vec![0.0; variants[axis.variant].coordinates.len()]);
+        values[axis.coordinate] = *value;
+    }
+    of_variant.into_iter().map(|(variant, values)| variants[variant].cause(&values)).collect()
+}
+
+/// Ends of the steps, the start first.
+pub(super) fn compose(start: Pose2, steps: &[Step]) -> Vec<Pose2> {
+    let mut path = Vec::with_capacity(steps.len() + 1);
+    let mut pose = start;
+    path.push(pose);
+    for step in steps {
+        pose = pose.compose(Pose2::new(step[0], step[1], step[2]));
+        path.push(pose);
+    }
+    path
+}
+
+fn lasts(trace: &Trace) -> f64 {
+    trace.time[trace.time.len() - 1] - trace.time[0]
+}
+
+fn steps_of(duration: f64) -> usize {
+    ((duration / STEP).ceil() as usize).max(4)
+}
+
+impl Way {
+    /// A trace cut into `count` steps: of equal time for a replay, whose times are the log's; else of equal progress, so
+    /// that a robot that stands longer somewhere is still compared where it is.
+    fn of(trace: &Trace, count: usize, replayed: bool, hours: f64) -> Way {
+        let (began, lasts) = (trace.time[0], lasts(trace));
+        let poses: Vec<Pose2> = if replayed {
+            (0..=count).map(|k| trace.at(began + lasts * k as f64 / count as f64)).collect()
+        } else {
+            by_progress(trace, count)
+        };
+        let steps = poses
+            .windows(2)
+            .map(|pair| {
+                let step = pair[0].relative(pair[1]);
+                [step.x, step.y, step.heading]
+            })
+            .collect();
+        Way { start: poses[0], steps, began, lasts, hours }
+    }
+
+    /// Progress at the end of each step, 1 at the end of the way.
+    fn progress(&self) -> Vec<f64> {
+        let mut sum = 0.0;
+        let mut progress: Vec<f64> = self
+            .steps
+            .iter()
+            .map(|step| {
+                sum += step[0].hypot(step[1]) + ARM * step[2].abs();
+                sum
+            })
+            .collect();
+        progress.iter_mut().for_each(|p| *p /= sum.max(1e-9));
+        progress
+    }
+
+    /// What a term of the body's twist adds to each step, for a coefficient of 1.
+    pub fn empirical(&self, term: &EmpiricalTerm) -> Vec<Step> {
+        let dt = self.lasts / self.steps.len() as f64;
+        let mut pose = self.start;
+        let mut speed_before = 0.0;
+        self.steps
+            .iter()
+            .enumerate()
+            .map(|(k, step)| {
+                let twist = crate::geometry::Twist2 { forward: step[0] / dt, left: step[1] / dt, yaw_rate: step[2] / dt };
+                let acceleration = (twist.forward - speed_before) / dt;
+                speed_before = twist.forward;
+                let motion = Motion { twist, pose, time: (k as f64 + 0.5) * dt, acceleration };
+                pose = pose.compose(Pose2::new(step[0], step[1], step[2]));
+                let added = EmpiricalTerm::twist(&[EmpiricalTerm { coefficient: 1.0, ..*term }], &motion);
+                [added.forward * dt, added.left * dt, added.yaw_rate * dt]
+            })
+            .collect()
+    }
+}
+
+/// Poses at equal progress: way, and turn at an arm of 0.3 m.
+fn by_progress(trace: &Trace, count: usize) -> Vec<Pose2> {
+    let mut progress = vec![0.0];
+    for pair in trace.poses.windows(2) {
+        let more = pair[0].distance(pair[1]) + ARM * (pair[1].heading - pair[0].heading).abs();
+        progress.push(progress[progress.len() - 1] + more);
+    }
+    let total = progress[progress.len() - 1];
+    (0..=count)
+        .map(|k| {
+            let wanted = total * k as f64 / count as f64;
+            let after = progress.partition_point(|&p| p < wanted).clamp(1, progress.len() - 1);
+            let (p0, p1) = (progress[after - 1], progress[after]);
+            let part = if p1 > p0 { ((wanted - p0) / (p1 - p0)).clamp(0.0, 1.0) } else { 1.0 };
+            let step = trace.poses[after - 1].relative(trace.poses[after]);
+            trace.poses[after - 1].compose(Pose2::new(step.x * part, step.y * part, step.heading * part))
+        })
+        .collect()
+}

@@ -1,0 +1,133 @@
+//! The candidates: effects as coordinates that a search can move along.
+
+use crate::effect::{Cause, EFFECTS, Effect, Prior};
+use crate::scene::Scene;
+use std::f64::consts::FRAC_1_SQRT_2;
+
+/// An effect with its choice made; what is left are coordinates.
+#[derive(Debug, Clone)]
+pub(super) struct Variant {
+    pub effect: &'static Effect,
+    /// Wheel or side; empty where nothing is to be chosen.
+    pub choice: String,
+    /// Parameters that are held: a place on the floor.
+    pub held: Vec<(usize, f64)>,
+    pub coordinates: Vec<Coordinate>,
+}
+
+/// One direction of the search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Coordinate {
+    /// Prior: normal with this mean and σ, cut off below 0 where it is one-sided.
+    pub mean: f64,
+    pub std_dev: f64,
+    pub one_sided: bool,
+    /// Grows with the time since the campaign began, and is stated an hour.
+    pub hourly: bool,
+}
+
+/// A coordinate of one variant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Axis {
+    pub variant: usize,
+    pub coordinate: usize,
+}
+
+impl Variant {
+    /// All candidates in `scene`, but for spots on the floor, which need places first.
+    ///
+    /// On two axles friction moves nothing but the effective track, whose name stands for it.
+    pub fn all(scene: &Scene) -> Vec<Variant> {
+        EFFECTS
+            .iter()
+            .filter(|effect| effect.applies(scene) && effect.id != "floor_grip_patch")
+            .filter(|effect| effect.id != "tyre_grip_anisotropy" || scene.robot.wheelbase() == 0.0)
+            .flat_map(|effect| effect.choices(scene).into_iter().map(|choice| Variant::new(effect, choice)))
+            .collect()
+    }
+
+    fn new(effect: &'static Effect, choice: String) -> Variant {
+        let mut coordinates: Vec<Coordinate> = Vec::new();
+        let mut held = Vec::new();
+        for (index, parameter) in effect.parameters.iter().enumerate() {
+            let hourly = parameter.name == "per_hour";
+            let coordinate = |mean, std_dev, one_sided| Coordinate { mean, std_dev, one_sided, hourly };
+            match parameter.prior {
+                Prior::Normal { mean, std_dev } => coordinates.push(coordinate(mean, std_dev, false)),
+                // A spread over runs is no coordinate: it is noise.
+                Prior::HalfNormal { .. } if parameter.name == "run_offset_std_s" => held.push((index, 0.0)),
+                Prior::HalfNormal { std_dev } => coordinates.push(coordinate(0.0, std_dev, true)),
+                // A size and an angle are two components of a vector.
+                Prior::AnyHeading => {
+                    let size = coordinates.pop().expect("a heading follows a size").std_dev * FRAC_1_SQRT_2;
+                    coordinates.extend([coordinate(0.0, size, false); 2]);
+                }
+                Prior::OnPath | Prior::Known(_) => {}
+            }
+        }
+        Variant { effect, choice, held, coordinates }
+    }
+
+    /// A spot on the floor at a place in the room \[m\].
+    pub fn spot(x: f64, y: f64) -> Variant {
+        let effect = Effect::named("floor_grip_patch").expect("it is in the catalogue");
+        Variant { held: vec![(0, x), (1, y)], ..Variant::new(effect, String::new()) }
+    }
+
+    /// The cause at these coordinates.
+    pub fn cause(&self, at: &[f64]) -> Cause {
+        let mut cause = self.effect.nothing();
+        cause.choice.clone_from(&self.choice);
+        if self.is_vector() {
+            cause.values = vec![at[0].hypot(at[1]), at[1].atan2(at[0])];
+            return cause;
+        }
+        for &(index, value) in &self.held {
+            cause.values[index] = value;
+        }
+        let mut free = at.iter();
+        for (index, parameter) in self.effect.parameters.iter().enumerate() {
+            let is_free = matches!(parameter.prior, Prior::Normal { .. } | Prior::HalfNormal { .. })
+                && !self.held.iter().any(|(held, _)| *held == index);
+            if is_free {
+                let value = *free.next().expect("one a free parameter");
+                let [least, greatest] = parameter.bounds;
+                cause.values[index] = value.clamp(least, greatest);
+            }
+        }
+        cause
+    }
+
+    /// σ of each parameter from the covariance of the coordinates, in the order of the effect's parameters; `None` for one
+    /// that was not sought.
+    pub fn std_devs(&self, at: &[f64], covariance: &nalgebra::DMatrix<f64>) -> Vec<Option<f64>> {
+        if self.is_vector() {
+            let size = at[0].hypot(at[1]).max(1e-12);
+            let (c, s) = (at[0] / size, at[1] / size);
+            let along = c * c * covariance[(0, 0)] + 2.0 * c * s * covariance[(0, 1)] + s * s * covariance[(1, 1)];
+            let across = s * s * covariance[(0, 0)] - 2.0 * c * s * covariance[(0, 1)] + c * c * covariance[(1, 1)];
+            return vec![Some(along.sqrt()), Some(across.sqrt() / size)];
+        }
+        let mut free = 0..at.len();
+        self.effect
+            .parameters
+            .iter()
+            .enumerate()
+            .map(|(index, parameter)| {
+                let is_free = matches!(parameter.prior, Prior::Normal { .. } | Prior::HalfNormal { .. })
+                    && !self.held.iter().any(|(held, _)| *held == index);
+                is_free.then(|| free.next().map(|k| covariance[(k, k)].sqrt())).flatten()
+            })
+            .collect()
+    }
+
+    /// Whether its coordinates are the two components of a vector.
+    fn is_vector(&self) -> bool {
+        self.effect.parameters.iter().any(|parameter| parameter.prior == Prior::AnyHeading)
+    }
+
+    /// A name for tables: the effect, and the choice.
+    pub fn label(&self) -> String {
+        if self.choice.is_empty() { self.effect.id.to_owned() } else { format!("{} ({})", self.effect.id, self.choice) }
+    }
+}

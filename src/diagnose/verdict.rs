@@ -1,0 +1,346 @@
+//! From a ranking to an answer: what is named, what cannot be told from it, what these data could not show.
+
+use super::Study;
+use super::noise::NoiseModel;
+use super::search::{Hypothesis, Ranking, Set, axes_of};
+use super::variant::Variant;
+use crate::effect::Cause;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+/// What a diagnosis says.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model as given suffices.
+    Explained,
+    /// Each finding stands alone.
+    Named,
+    /// At least one finding cannot be told from others.
+    Ambiguous,
+    /// The misfit is real, and no known effect takes it away.
+    Unexplained,
+}
+
+/// A diagnosis.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// In a word.
+    pub verdict: Verdict,
+    /// Where and how much the model as given is wrong.
+    pub misfit: Misfit,
+    /// What is named.
+    pub findings: Vec<Finding>,
+    /// Hypotheses that were weighed, best first.
+    pub ranking: Vec<Ranked>,
+    /// Probability of each effect to be at work; nothing at all is `None`.
+    pub probabilities: Vec<(Option<&'static str>, f64)>,
+    /// What these data could not have shown.
+    pub blind_to: Vec<Blind>,
+    /// Sizes of the noise.
+    pub noise: NoiseModel,
+    /// The causes of the best answer, as an extended model holds them.
+    pub causes: Vec<Cause>,
+    /// Runs that were not used, and why.
+    pub left_out: Vec<String>,
+}
+
+/// Where and how much a model is wrong.
+#[derive(Debug, Clone)]
+pub struct Misfit {
+    /// Of the mean residuals of the conditions' end poses, whitened.
+    pub chi2: f64,
+    /// Its degrees of freedom.
+    pub dof: usize,
+    /// Chance of such a misfit or a greater one if the model is right.
+    pub p_value: f64,
+    /// One a condition.
+    pub conditions: Vec<MisfitCondition>,
+}
+
+/// What a model gets wrong in one condition: surveyed less predicted end poses.
+#[derive(Debug, Clone)]
+pub struct MisfitCondition {
+    /// What was driven.
+    pub label: String,
+    /// Runs.
+    pub runs: usize,
+    /// Mean residual; heading `None` where none was read.
+    pub residual: [Option<f64>; 3],
+    /// Its σ, from the noise of the runs.
+    pub std_dev: [f64; 3],
+    /// How far single runs stray from their mean, 1 σ; `None` for a single run.
+    pub repeatability: [Option<f64>; 3],
+}
+
+/// One finding.
+#[derive(Debug, Clone)]
+pub struct Finding {
+    /// The effect.
+    pub effect: &'static str,
+    /// Wheel or side; empty where nothing has to be chosen.
+    pub choice: String,
+    /// Its numbers.
+    pub parameters: Vec<Found>,
+    /// Probability that it is at work.
+    pub probability: f64,
+    /// Effects that these data cannot tell from it.
+    pub confounded_with: Vec<&'static str>,
+}
+
+/// A number that was found.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    /// The parameter.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// 1 σ; `None`: not sought.
+    pub std_dev: Option<f64>,
+}
+
+/// A hypothesis and what the data say of it.
+#[derive(Debug, Clone)]
+pub struct Ranked {
+    /// Effects, with their choice.
+    pub effects: Vec<String>,
+    /// ln evidence.
+    pub log_evidence: f64,
+    /// Share of the posterior.
+    pub probability: f64,
+}
+
+/// What the data could not have shown.
+#[derive(Debug, Clone)]
+pub struct Blind {
+    /// The effect, with its choice.
+    pub effect: &'static str,
+    /// Wheel or side.
+    pub choice: String,
+    /// The parameter.
+    pub parameter: &'static str,
+    /// The smallest size that these data could have shown; infinite: none at all.
+    pub smallest_detectable: f64,
+    /// What is plausible beforehand.
+    pub plausible: f64,
+}
+
+/// Strength of a response, in σ of the whole of it, from which on an effect counts as shown.
+pub(super) const SHOWN: f64 = 5.0;
+/// ln of the odds at which one answer is no longer a real alternative to another.
+const REAL: f64 = 3.912_023_005_428_146; // ln 50
+/// ln of the odds over a simpler answer that an answer needs to be given.
+const CONVINCING: f64 = 2.0;
+/// Effects that the class `effective_track` stands for.
+const TRACK_CLASS: [&str; 3] = ["effective_track", "tyre_grip_anisotropy", "load_offset_longitudinal"];
+
+pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
+    let variants = &study.variants;
+    let best = convincing(ranking);
+    let misfit = misfit(study);
+    let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
+    let probability = |h: &Hypothesis| (h.log_posterior - total).exp();
+
+    let mut findings = Vec::new();
+    for &index in &best.set {
+        findings.push(finding(study, ranking, best, index, total));
+    }
+    let verdict = if findings.is_empty() {
+        Verdict::Explained
+    } else if findings.iter().all(|finding| finding.confounded_with.is_empty()) {
+        Verdict::Named
+    } else {
+        Verdict::Ambiguous
+    };
+    let ids: Vec<&'static str> = {
+        let mut ids: Vec<_> = variants.iter().map(|variant| variant.effect.id).collect();
+        ids.dedup();
+        ids
+    };
+    let mut probabilities = vec![(None, probability(ranking.nothing()))];
+    probabilities.extend(ids.iter().map(|&id| {
+        let holds = |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].effect.id == id);
+        (Some(id), ranking.hypotheses.iter().filter(holds).map(probability).sum())
+    }));
+    let ranked = ranking
+        .hypotheses
+        .iter()
+        .take(40)
+        .map(|h| Ranked {
+            effects: h.set.iter().map(|&index| variants[index].label()).collect(),
+            log_evidence: h.fit.log_evidence,
+            probability: probability(h),
+        })
+        .collect();
+    Diagnosis {
+        verdict,
+        misfit,
+        findings,
+        ranking: ranked,
+        probabilities,
+        blind_to: blind(study),
+        noise: study.noise,
+        causes: super::causes_of(variants, &best.fit.at),
+        left_out: study.left_out.clone(),
+    }
+}
+
+/// The best answer of which no part could as well be left out.
+fn convincing(ranking: &Ranking) -> &Hypothesis {
+    let mut best = ranking.best();
+    loop {
+        let simpler = ranking
+            .hypotheses
+            .iter()
+            .filter(|h| h.set.len() < best.set.len() && h.set.is_subset(&best.set))
+            .find(|h| h.log_posterior > best.log_posterior - CONVINCING);
+        match simpler {
+            Some(simpler) => best = simpler,
+            None => return best,
+        }
+    }
+}
+
+fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize, total: f64) -> Finding {
+    let variants = &study.variants;
+    let variant = &variants[index];
+    let own: Vec<usize> = (0..best.fit.at.len()).filter(|&k| best.fit.at[k].0.variant == index).collect();
+    let at: Vec<f64> = own.iter().map(|&k| best.fit.at[k].1).collect();
+    let covariance = nalgebra::DMatrix::from_fn(own.len(), own.len(), |i, j| best.fit.covariance[(own[i], own[j])]);
+    let std_devs = variant.std_devs(&at, &covariance);
+    let cause = variant.cause(&at);
+    let parameters = variant
+        .effect
+        .parameters
+        .iter()
+        .zip(cause.values)
+        .zip(std_devs)
+        .map(|((parameter, value), std_dev)| Found { name: parameter.name, value, std_dev })
+        .collect();
+
+    // Answers that put something else in its place and are nearly as likely.
+    let rest: Set = best.set.iter().copied().filter(|&other| other != index).collect();
+    let mut confounded: Vec<&'static str> = Vec::new();
+    for other in ranking.hypotheses.iter().filter(|h| h.log_posterior > best.log_posterior - REAL) {
+        if other.set.contains(&index) || !rest.is_subset(&other.set) || other.set.len() > best.set.len() {
+            continue;
+        }
+        for id in other.set.difference(&rest).map(|&swapped| variants[swapped].effect.id) {
+            if id != variant.effect.id && !confounded.contains(&id) {
+                confounded.push(id);
+            }
+        }
+    }
+    let holds = |h: &&Hypothesis| h.set.iter().any(|&other| variants[other].effect.id == variant.effect.id);
+    let mut probability =
+        ranking.hypotheses.iter().filter(holds).map(|h| (h.log_posterior - total).exp()).sum::<f64>().min(1.0);
+    // What only the class can name is named by the class.
+    let class = confounded.contains(&"effective_track") || variant.effect.id == "effective_track";
+    if class && confounded.iter().chain([&variant.effect.id]).all(|id| TRACK_CLASS.contains(id)) && variant.effect.id == "effective_track" {
+        confounded.clear();
+        probability = probability.max(
+            ranking
+                .hypotheses
+                .iter()
+                .filter(|h| h.set.iter().any(|&other| TRACK_CLASS.contains(&variants[other].effect.id)))
+                .map(|h| (h.log_posterior - total).exp())
+                .sum::<f64>(),
+        );
+    }
+    Finding {
+        effect: variant.effect.id,
+        choice: variant.choice.clone(),
+        parameters,
+        probability: probability.min(1.0),
+        confounded_with: confounded,
+    }
+}
+
+fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
+    let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
+    most + values.map(|value| (value - most).exp()).sum::<f64>().ln()
+}
+
+/// Mean residuals of the end poses, condition by condition.
+fn misfit(study: &Study<'_>) -> Misfit {
+    let problem = study.problem(study.counts.clone());
+    let mut conditions: Vec<MisfitCondition> = Vec::new();
+    let (mut chi2, mut dof) = (0.0, 0);
+    for (index, cluster) in study.clusters.iter().enumerate() {
+        let reference = &study.cases[cluster.reference];
+        let with_heading = reference.readings.last().is_some_and(|reading| reading.heading.is_some());
+        let parts = if with_heading { 3 } else { 2 };
+        let end = |values: &nalgebra::DVector<f64>| values.rows(values.len() - parts, parts).into_owned();
+        let residuals: Vec<nalgebra::DVector<f64>> = cluster
+            .runs
+            .iter()
+            .map(|&run| end(&study.observed[run]) - end(&problem.predict(index, run, &[])))
+            .collect();
+        let runs = residuals.len();
+        let count = runs as f64;
+        let mean = residuals.iter().fold(nalgebra::DVector::zeros(parts), |sum, r| sum + r) / count;
+        let full = study.shapes[index].covariance(&study.noise);
+        let covariance =
+            full.view((full.nrows() - parts, full.ncols() - parts), (parts, parts)).into_owned() / count;
+        if let Some(factor) = nalgebra::Cholesky::new(covariance.clone()) {
+            chi2 += mean.dot(&factor.solve(&mean));
+            dof += parts;
+        }
+        let spread = |part: usize| {
+            (runs > 1).then(|| {
+                (residuals.iter().map(|r| (r[part] - mean[part]).powi(2)).sum::<f64>() / (count - 1.0)).sqrt()
+            })
+        };
+        let label = study.conditions[cluster.condition].label();
+        let entry = MisfitCondition {
+            label: label.clone(),
+            runs,
+            residual: [Some(mean[0]), Some(mean[1]), (parts == 3).then(|| mean[2])],
+            std_dev: std::array::from_fn(|part| if part < parts { covariance[(part, part)].sqrt() } else { f64::NAN }),
+            repeatability: std::array::from_fn(|part| if part < parts { spread(part) } else { None }),
+        };
+        conditions.push(entry);
+    }
+    let p_value = ChiSquared::new(dof as f64).map_or(f64::NAN, |law| law.sf(chi2));
+    Misfit { chi2, dof, p_value, conditions }
+}
+
+/// The smallest size of each parameter that these data could have shown.
+pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
+    let problem = study.problem(study.counts.clone());
+    let all: Set = (0..study.variants.len()).collect();
+    let axes = axes_of(&study.variants, &all);
+    let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
+    let mut list = Vec::new();
+    for (index, variant) in study.variants.iter().enumerate() {
+        let own: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].variant == index).collect();
+        let information: Vec<f64> = own.iter().map(|&k| gram[(k, k)]).collect();
+        let smallest = |value: f64| if value > 1e-12 { SHOWN / value.sqrt() } else { f64::INFINITY };
+        let names = parameter_names(variant);
+        for (position, (&name, &value)) in names.iter().zip(&information).enumerate() {
+            // Of a vector, the size: the worse of its two directions.
+            let value = if names.len() < information.len() { information.iter().copied().fold(value, f64::min) } else { value };
+            list.push(Blind {
+                effect: variant.effect.id,
+                choice: variant.choice.clone(),
+                parameter: name,
+                smallest_detectable: smallest(value),
+                plausible: variant.coordinates[position].std_dev,
+            });
+        }
+    }
+    list
+}
+
+fn parameter_names(variant: &Variant) -> Vec<&'static str> {
+    use crate::effect::Prior;
+    let held = |index: usize| variant.held.iter().any(|(held, _)| *held == index);
+    variant
+        .effect
+        .parameters
+        .iter()
+        .enumerate()
+        .filter(|(index, parameter)| {
+            matches!(parameter.prior, Prior::Normal { .. } | Prior::HalfNormal { .. }) && !held(*index)
+        })
+        .map(|(_, parameter)| parameter.name)
+        .collect()
+}

@@ -1,0 +1,316 @@
+//! Hidden effects: a robot with something wrong, whose truth nothing but the scorer reads.
+
+use super::stage::campaign;
+use crate::dataset::{Dataset, Protocol, Rotation, Travel};
+use crate::drive::{self, DriveError, Task};
+use crate::effect::{Cause, EFFECTS, Effect, Prior};
+use crate::geometry::Pose2;
+use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, Tether, TwistPart};
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rayon::prelude::*;
+use std::f64::consts::{PI, TAU};
+use std::sync::atomic::AtomicBool;
+
+/// What the diagnosis gets to see.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum DataKind {
+    /// Encoder logs and poses on the way.
+    Logs,
+    /// Where runs ended.
+    EndPoints,
+}
+
+/// What is hidden.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EffectsKind {
+    /// Nothing.
+    None,
+    /// One effect of the catalogue.
+    One,
+    /// Two.
+    Two,
+    /// Something that is not in the catalogue.
+    Outside,
+    /// One effect, or in one draw of five nothing.
+    Mixed,
+}
+
+/// What is driven.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum CampaignKind {
+    /// 2 m and 4 m squares, both ways, five runs each.
+    Squares,
+    /// A straight, spins at two rates, circles of two radii and a slow square besides.
+    Full,
+}
+
+/// One draw to be made.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Challenge {
+    /// Of everything that is drawn.
+    pub seed: u64,
+    /// What the diagnosis gets to see.
+    pub data: DataKind,
+    /// What is hidden.
+    pub effects: EffectsKind,
+    /// What is driven.
+    pub campaign: CampaignKind,
+    /// Whether the world has another tyre law than the diagnosis knows.
+    pub mismatch: bool,
+}
+
+/// A draw: the world as it is, and what a lab noted of it.
+#[derive(Debug, Clone)]
+pub struct Draw {
+    /// What was hidden.
+    pub causes: Vec<Cause>,
+    /// What was hidden and is not in the catalogue, in words.
+    pub outside: Option<String>,
+    /// The world without what was hidden.
+    pub clean: Scene,
+    /// The world as it is.
+    pub world: Scene,
+    /// The campaign that is to be diagnosed.
+    pub dataset: Dataset,
+    /// With another tyre law: a campaign of the same world before anything was hidden.
+    pub clean_dataset: Option<Dataset>,
+}
+
+/// σ of a changeover between runs \[s\].
+const CHANGEOVER: f64 = 60.0;
+
+impl CampaignKind {
+    /// What is driven: protocol, speed and turn rate over the robot's own, repeats.
+    fn plan(self) -> Vec<(Protocol, f64, f64, usize)> {
+        let both = [Rotation::Clockwise, Rotation::CounterClockwise];
+        let mut plan = Vec::new();
+        for side in [2.0, 4.0] {
+            plan.extend(both.map(|direction| (Protocol::Square { side, direction }, 1.0, 1.0, 5)));
+        }
+        if self == CampaignKind::Full {
+            plan.push((Protocol::Straight { length: 4.0, direction: Travel::Forward }, 1.0, 1.0, 5));
+            for rate in [1.0, 0.5] {
+                plan.extend(both.map(|direction| (Protocol::Spin { turn: 5.0 * TAU, direction }, 1.0, rate, 3)));
+            }
+            for radius in [0.5, 1.5] {
+                plan.extend(both.map(|direction| {
+                    (Protocol::Circle { radius, turn: Some(TAU), direction }, 1.0, 1.0, 3)
+                }));
+            }
+            plan.extend(both.map(|direction| (Protocol::Square { side: 2.0, direction }, 0.5, 0.5, 3)));
+        }
+        plan
+    }
+
+    /// The runs, kinds taking turns, with the times at which they start.
+    pub fn tasks(self, scene: &Scene) -> Vec<Task> {
+        let driver = &scene.robot.driver;
+        let plan = self.plan();
+        let mut tasks = Vec::new();
+        let mut clock = 0.0;
+        let most = plan.iter().map(|(_, _, _, repeats)| *repeats).max().unwrap_or(0);
+        for repeat in 1..=most {
+            for (number, &(protocol, speed, rate, repeats)) in plan.iter().enumerate() {
+                if repeat > repeats {
+                    continue;
+                }
+                let (speed, turn_rate) = (driver.cruise_speed * speed, driver.turn_rate * rate);
+                let duration = drive::Driver::new(&protocol, speed, turn_rate, driver, &scene.robot.odometry)
+                    .planned_duration();
+                tasks.push(Task {
+                    speed: Some(speed),
+                    turn_rate: Some(turn_rate),
+                    started: Some(clock),
+                    ..Task::new(format!("{:02}-{}-{repeat}", number + 1, protocol.kind()), protocol)
+                });
+                clock += (duration + CHANGEOVER).round();
+            }
+        }
+        tasks
+    }
+}
+
+/// Drives a campaign in `scene`; `data` says what is noted.
+pub(super) fn drive_campaign(
+    scene: &Scene,
+    kind: CampaignKind,
+    data: DataKind,
+    seed: u64,
+    name: &str,
+    stop: &AtomicBool,
+) -> Result<Dataset, DriveError> {
+    let runs = kind
+        .tasks(scene)
+        .par_iter()
+        .map(|task| {
+            let mut run = drive::run(scene, task, seed, None, stop)?.measured;
+            if data == DataKind::EndPoints {
+                (run.encoders, run.poses) = (None, None);
+            }
+            Ok(run)
+        })
+        .collect::<Result<Vec<_>, DriveError>>()?;
+    Ok(Dataset { campaign: campaign(scene, name), runs })
+}
+
+/// The survey of a challenge: readings on the way remember their noise for half a second.
+pub(super) fn surveyed(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.survey.correlation_time = 0.5;
+    scene
+}
+
+impl Challenge {
+    /// Draws what is hidden in `base` and drives the campaign.
+    ///
+    /// # Errors
+    /// A run that cannot be driven.
+    pub fn draw(&self, base: &Scene, stop: &AtomicBool) -> Result<Draw, DriveError> {
+        let mut rng = ChaCha8Rng::seed_from_u64(self.seed);
+        let mut clean = surveyed(base);
+        if self.mismatch {
+            clean = another_tyre(&clean, &mut rng);
+        }
+        let (causes, outside) = self.hide(&clean, &mut rng);
+        let mut world = Cause::edit_all(&causes, &clean);
+        let outside = outside.then(|| something_else(&mut world, &mut rng));
+        let name = format!("challenge-{}", self.seed);
+        let dataset = drive_campaign(&world, self.campaign, self.data, self.seed, &name, stop)?;
+        let clean_dataset = self
+            .mismatch
+            .then(|| {
+                let seed = drive::derived_seed(self.seed, "clean");
+                drive_campaign(&clean, self.campaign, self.data, seed, &format!("{name}-clean"), stop)
+            })
+            .transpose()?;
+        Ok(Draw { causes, outside, clean, world, dataset, clean_dataset })
+    }
+
+    /// What is hidden, and whether it is none of the catalogue.
+    fn hide(&self, scene: &Scene, rng: &mut ChaCha8Rng) -> (Vec<Cause>, bool) {
+        let count = match self.effects {
+            EffectsKind::None => 0,
+            EffectsKind::One => 1,
+            EffectsKind::Two => 2,
+            EffectsKind::Outside => return (Vec::new(), true),
+            EffectsKind::Mixed => usize::from(rng.next_u64() % 5 != 0),
+        };
+        let applicable: Vec<&'static Effect> = EFFECTS
+            .iter()
+            .filter(|effect| effect.applies(scene))
+            // A clock can be off only where there is one to compare.
+            .filter(|effect| effect.id != "survey_time_offset" || self.data == DataKind::Logs)
+            .collect();
+        let mut causes: Vec<Cause> = Vec::new();
+        while causes.len() < count {
+            let effect = applicable[(rng.next_u64() % applicable.len() as u64) as usize];
+            let cause = draw_cause(effect, scene, self.campaign, rng);
+            if causes.iter().all(|known| known.effect != effect) {
+                causes.push(cause);
+            }
+        }
+        (causes, false)
+    }
+}
+
+fn uniform(rng: &mut ChaCha8Rng) -> f64 {
+    (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64
+}
+
+fn normal(rng: &mut ChaCha8Rng) -> f64 {
+    StandardNormal.sample(rng)
+}
+
+/// An effect with its numbers drawn from their priors.
+fn draw_cause(effect: &'static Effect, scene: &Scene, campaign: CampaignKind, rng: &mut ChaCha8Rng) -> Cause {
+    let mut cause = effect.nothing();
+    let choices = effect.choices(scene);
+    cause.choice.clone_from(&choices[(rng.next_u64() % choices.len() as u64) as usize]);
+    let place = on_path(campaign, rng);
+    let mut coordinates = [place.x, place.y].into_iter();
+    for (value, parameter) in cause.values.iter_mut().zip(effect.parameters) {
+        let drawn = match parameter.prior {
+            // Offsets of whole campaigns are drawn; a spread over runs is for real data.
+            Prior::HalfNormal { .. } if parameter.name == "run_offset_std_s" => 0.0,
+            Prior::Normal { mean, std_dev } => mean + std_dev * normal(rng),
+            Prior::HalfNormal { std_dev } => (std_dev * normal(rng)).abs(),
+            Prior::AnyHeading => TAU * uniform(rng) - PI,
+            Prior::OnPath => coordinates.next().unwrap_or(0.0),
+            Prior::Known(value) => value,
+        };
+        *value = drawn.clamp(parameter.bounds[0], parameter.bounds[1]);
+    }
+    cause
+}
+
+/// A place on the nominal path of one of the squares.
+fn on_path(campaign: CampaignKind, rng: &mut ChaCha8Rng) -> Pose2 {
+    let squares: Vec<(f64, Rotation)> = campaign
+        .plan()
+        .iter()
+        .filter_map(|(protocol, ..)| match *protocol {
+            Protocol::Square { side, direction } => Some((side, direction)),
+            _ => None,
+        })
+        .collect();
+    let (side, direction) = squares[(rng.next_u64() % squares.len() as u64) as usize];
+    let along = 4.0 * uniform(rng);
+    let mut corner = Pose2::IDENTITY;
+    for _ in 0..along as usize {
+        corner = corner.compose(Pose2::new(side, 0.0, direction.sign() * 0.5 * PI));
+    }
+    corner.compose(Pose2::new(along.fract() * side, 0.0, 0.0))
+}
+
+/// The same robot on tyres that the diagnosis does not know.
+fn another_tyre(scene: &Scene, rng: &mut ChaCha8Rng) -> Scene {
+    let mut other = scene.clone();
+    let law = rng.next_u64() % 3;
+    if law == 0 {
+        other.contact = Contact::Rigid;
+    }
+    let factor = |rng: &mut ChaCha8Rng, spread: f64| (spread * normal(rng)).exp();
+    let (stiffness, slip, friction) = (factor(rng, 0.3), factor(rng, 0.3), factor(rng, 0.15));
+    for wheel in &mut other.robot.wheels {
+        if law < 2 {
+            wheel.tyre.vertical_stiffness *= stiffness;
+            wheel.tyre.slip_stiffness *= slip;
+        }
+        if law != 1 {
+            wheel.tyre.friction_along *= friction;
+            wheel.tyre.friction_across *= friction;
+        }
+    }
+    other
+}
+
+/// Puts something into the scene that no effect of the catalogue is.
+fn something_else(scene: &mut Scene, rng: &mut ChaCha8Rng) -> String {
+    match rng.next_u64() % 3 {
+        0 => {
+            let bearing = TAU * uniform(rng);
+            let anchor = [1.0 + 4.0 * bearing.cos(), 4.0 * bearing.sin(), 1.0];
+            let pull = 4.0 + 6.0 * uniform(rng);
+            scene.tether = Some(Tether { anchor, pull });
+            format!("a tether that pulls with {pull:.1} N to ({:.2}, {:.2}) m", anchor[0], anchor[1])
+        }
+        1 => {
+            let wheel = (rng.next_u64() % scene.robot.wheels.len() as u64) as usize;
+            let amplitude = 0.02 + 0.03 * uniform(rng);
+            scene.robot.wheels[wheel].out_of_round = [amplitude, TAU * uniform(rng)];
+            format!("wheel {} out of round by {:.1} %", scene.robot.wheels[wheel].name, 100.0 * amplitude)
+        }
+        _ => {
+            let part = if rng.next_u64() % 2 == 0 { TwistPart::Left } else { TwistPart::Yaw };
+            let feature = [Feature::SpeedCosHeading, Feature::SpeedX, Feature::AbsYawRate, Feature::SpeedTime]
+                [(rng.next_u64() % 4) as usize];
+            let size = if part == TwistPart::Left { 0.01 } else { 0.01 };
+            let coefficient = size * (0.5 + uniform(rng)) * if rng.next_u64() % 2 == 0 { 1.0 } else { -1.0 };
+            let term = EmpiricalTerm { part, feature, coefficient };
+            scene.empirical.push(term);
+            format!("a carpet that carries: {term}")
+        }
+    }
+}

@@ -1,0 +1,369 @@
+//! Scoring of hidden-effect challenges against an oracle that knows the true scene.
+
+use super::challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind, surveyed};
+use super::simulator::Simulator;
+use super::stage::campaign;
+use crate::dataset::{Dataset, Run};
+use crate::diagnose::{DiagnoseError, Diagnosis, ForwardError, Library, NoiseModel, Options, Study, Verdict};
+use crate::drive::{self, DriveError};
+use crate::effect::Cause;
+use crate::scene::Scene;
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+use std::sync::atomic::AtomicBool;
+use std::time::Instant;
+
+/// What a draw came to.
+#[derive(Debug, Clone)]
+pub struct Scored {
+    /// The draw's seed.
+    pub seed: u64,
+    /// What was hidden: effect ids, or a description of what is not in the catalogue.
+    pub truth: Vec<String>,
+    /// Strength of the whole response \[σ\].
+    pub strength: f64,
+    /// Effects that the data cannot tell from the true one; with two, those whose both parts the data call for.
+    pub oracle_set: Vec<&'static str>,
+    /// The diagnosis in a line.
+    pub answer: String,
+    /// How it counts.
+    pub tally: Tally,
+    /// Parameters of true effects, found alone: whether their 95 % intervals hold the truth.
+    pub covered: Vec<bool>,
+    /// Members of the answer's sets.
+    pub set_size: Option<usize>,
+    /// ln of the probability that an oracle gives the truth, less the diagnosis'.
+    pub regret: Option<f64>,
+    /// Smallest detectable sizes over the oracle's.
+    pub detectable_ratio: Vec<f64>,
+    /// Time that the diagnosis took \[s\].
+    pub seconds: f64,
+}
+
+/// How a draw counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Tally {
+    /// Nothing was hidden, and nothing named.
+    Clean,
+    /// Nothing was hidden, and something named.
+    FalseAlarm,
+    /// The true effect stands alone.
+    Named,
+    /// The answer holds the true effect and at most one member more than the oracle's.
+    RightGroup,
+    /// Up to twice the oracle's.
+    Half,
+    /// Nothing was named where the data could not show it.
+    SilentRightly,
+    /// Nothing was named where the data show it, or too large a set.
+    Missed,
+    /// An answer without the true effect.
+    Wrong,
+    /// Both of two effects, each alone.
+    BothExact,
+    /// Both of two effects, in the answers' sets.
+    BothInSets,
+    /// Something that is not in the catalogue: said to be unexplained, or a true mimic was named.
+    Unexplained,
+}
+
+/// Results of a range of seeds.
+#[derive(Debug, Clone)]
+pub struct Score {
+    /// One a seed.
+    pub draws: Vec<Scored>,
+    /// Draws whose effect an oracle could name alone.
+    pub oracle_nameable: usize,
+}
+
+/// Why scoring ended.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum ScoreError {
+    /// A run.
+    #[error(transparent)]
+    Drive(#[from] DriveError),
+    /// A diagnosis.
+    #[error(transparent)]
+    Diagnose(#[from] DiagnoseError),
+}
+
+/// ln of the odds within which the oracle holds effects for alike: 50.
+const ALIKE: f64 = 3.912_023_005_428_146;
+
+/// Draws, diagnoses and scores a range of seeds; `watch` is told of each.
+///
+/// # Errors
+/// A run that cannot be driven or diagnosed.
+pub fn score(
+    base: &Scene,
+    challenge: Challenge,
+    seeds: std::ops::Range<u64>,
+    watch: &mut dyn FnMut(&Scored),
+    stop: &AtomicBool,
+) -> Result<Score, ScoreError> {
+    let simulator = Simulator::new(base, stop);
+    let library = library(&simulator, challenge.campaign, challenge.data)?;
+    let mut draws = Vec::new();
+    for seed in seeds {
+        let scored = one(base, &simulator, &library, Challenge { seed, ..challenge }, stop)?;
+        watch(&scored);
+        draws.push(scored);
+    }
+    let nameable = |scored: &&Scored| scored.truth.len() == 1 && scored.oracle_set.len() == 1 && scored.strength >= 5.0;
+    let oracle_nameable = draws.iter().filter(nameable).count();
+    Ok(Score { draws, oracle_nameable })
+}
+
+/// Responses of the robot as the diagnosis knows it, simulated once for all draws.
+fn library(simulator: &Simulator<'_>, kind: CampaignKind, data: DataKind) -> Result<Library, ScoreError> {
+    use crate::diagnose::ForwardModel;
+    let scene = surveyed(simulator.scene());
+    let (dataset, _) = noise_free(&scene, &scene, kind, data, simulator.stop())?;
+    let study = Study::new(&[dataset], simulator, Options::default(), None, &|_, _| {})?;
+    Ok(study.library())
+}
+
+/// A campaign without noise: one run a condition, and how many of the campaign's runs it stands for. Where tyres grow, all.
+fn noise_free(
+    world: &Scene,
+    base: &Scene,
+    kind: CampaignKind,
+    data: DataKind,
+    stop: &AtomicBool,
+) -> Result<(Dataset, Vec<usize>), DriveError> {
+    let scene = world.clone().noise_free();
+    let mut tasks: Vec<(drive::Task, usize)> = Vec::new();
+    for task in kind.tasks(base) {
+        let alike = |(known, _): &&mut (drive::Task, usize)| {
+            scene.robot.tyre_growth == 0.0
+                && known.protocol == task.protocol
+                && known.speed == task.speed
+                && known.turn_rate == task.turn_rate
+        };
+        match tasks.iter_mut().find(alike) {
+            Some((_, count)) => *count += 1,
+            None => tasks.push((task, 1)),
+        }
+    }
+    let runs: Vec<Run> = tasks
+        .par_iter()
+        .map(|(task, _)| {
+            let mut run = drive::run(&scene, task, 0, None, stop)?.measured;
+            if data == DataKind::EndPoints {
+                (run.encoders, run.poses) = (None, None);
+            }
+            Ok(run)
+        })
+        .collect::<Result<_, DriveError>>()?;
+    let mut facts = campaign(world, "noise-free");
+    facts.odometry = Some(base.robot.odometry);
+    Ok((Dataset { campaign: facts, runs }, tasks.into_iter().map(|(_, count)| count).collect()))
+}
+
+fn one(
+    base: &Scene,
+    simulator: &Simulator<'_>,
+    library: &Library,
+    challenge: Challenge,
+    stop: &AtomicBool,
+) -> Result<Scored, ScoreError> {
+    let draw = challenge.draw(base, stop)?;
+    let began = Instant::now();
+    // With another tyre law the model is first extended on a clean campaign of that world, as a user would.
+    let extended = match &draw.clean_dataset {
+        None => None,
+        Some(clean) => {
+            let mut study =
+                Study::new(std::slice::from_ref(clean), simulator, Options::default(), Some(library), &|_, _| {})?;
+            let found = study.diagnose()?;
+            Some(Simulator::new(&Cause::edit_all(&found.causes, base), stop))
+        }
+    };
+    let model = extended.as_ref().unwrap_or(simulator);
+    let mut study =
+        Study::new(std::slice::from_ref(&draw.dataset), model, Options::default(), Some(library), &|_, _| {})?;
+    let diagnosis = study.diagnose()?;
+    let seconds = began.elapsed().as_secs_f64();
+    drop(study);
+
+    // The oracle knows the world without what was hidden, its noise, and what was hidden without noise.
+    let (dataset, counts) = noise_free(&draw.world, &draw.clean, challenge.campaign, challenge.data, stop)?;
+    let known = NoiseModel {
+        position_std: draw.clean.survey.position_std,
+        heading_std: draw.clean.survey.heading_std,
+        correlation_time: draw.clean.survey.correlation_time,
+        scatter: draw.clean.scatter,
+        clock_std: 0.0,
+    };
+    let options = Options { noise: Some(known), response_error: [0.0; 2], ..Options::default() };
+    let truth_simulator = Simulator::new(&draw.clean, stop);
+    let truth_model = if challenge.mismatch { &truth_simulator } else { simulator };
+    let oracle = Study::new(&[dataset], truth_model, options, Some(library), &|_, _| {})?.repeated(&counts);
+    Ok(judge(&challenge, &draw, &diagnosis, &oracle, seconds))
+}
+
+/// The name that an effect goes by: friction across is the effective track on two axles.
+fn class<'a>(id: &'a str, scene: &Scene) -> &'a str {
+    if id == "tyre_grip_anisotropy" && scene.robot.wheelbase() > 0.0 { "effective_track" } else { id }
+}
+
+fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Study<'_>, seconds: f64) -> Scored {
+    let truth: Vec<&str> = draw.causes.iter().map(|cause| class(cause.effect.id, &draw.clean)).collect();
+    let strength = oracle.strength();
+    let (nothing, evidences) = oracle.single_evidences();
+    let evidence_of = |id: &str| evidences.iter().find(|(known, _)| *known == id).map(|(_, value)| *value);
+    let oracle_set: Vec<&'static str> = match truth.as_slice() {
+        [id] => {
+            // A spot on the floor has no single evidence without its place: what the data say at best is all of the misfit.
+            let own = evidence_of(id).unwrap_or(nothing + 0.5 * strength * strength - 8.0);
+            let mut set: Vec<&'static str> =
+                evidences.iter().filter(|(known, value)| known == id || *value > own - ALIKE).map(|(k, _)| *k).collect();
+            if !set.contains(id) {
+                set.push(draw.causes[0].effect.id);
+            }
+            set
+        }
+        _ => Vec::new(),
+    };
+    let answers: Vec<Vec<&str>> = diagnosis
+        .findings
+        .iter()
+        .map(|finding| std::iter::once(finding.effect).chain(finding.confounded_with.iter().copied()).collect())
+        .collect();
+    let holds = |answer: &[&str], id: &str| {
+        answer.contains(&id) || (id == "load_offset_longitudinal" && answer.contains(&"effective_track"))
+    };
+    let silent = answers.is_empty() && diagnosis.verdict != Verdict::Unexplained;
+    let wrong = answers.iter().any(|answer| !truth.iter().any(|id| holds(answer, id)));
+    let tally = match (challenge.effects, truth.as_slice()) {
+        (EffectsKind::Outside, _) => {
+            // A mimic is true if it takes away what can be taken away.
+            let mimic = answers.len() == 1 && {
+                let best = evidences.iter().map(|(_, value)| *value).fold(nothing, f64::max);
+                answers[0].iter().any(|id| evidence_of(id).is_some_and(|value| value > best - ALIKE))
+                    && best > nothing + 0.4 * strength * strength
+            };
+            match () {
+                () if strength < 5.0 && silent => Tally::SilentRightly,
+                () if diagnosis.verdict == Verdict::Unexplained || mimic => Tally::Unexplained,
+                () if silent => Tally::Missed,
+                () => Tally::Wrong,
+            }
+        }
+        (_, []) if silent => Tally::Clean,
+        (_, []) => Tally::FalseAlarm,
+        (_, [id]) => match () {
+            () if silent && strength >= 5.0 => Tally::Missed,
+            () if silent => Tally::SilentRightly,
+            () if wrong || answers.is_empty() || strength < 1.0 => Tally::Wrong,
+            () => {
+                let size = answers.iter().filter(|answer| holds(answer, id)).map(Vec::len).max().unwrap_or(0);
+                match () {
+                    () if size == 1 => Tally::Named,
+                    () if size <= oracle_set.len() + 1 => Tally::RightGroup,
+                    () if size <= 2 * oracle_set.len() => Tally::Half,
+                    () => Tally::Missed,
+                }
+            }
+        },
+        (_, both) => {
+            let all = both.iter().all(|id| answers.iter().any(|answer| holds(answer, id)));
+            match () {
+                () if wrong => Tally::Wrong,
+                () if all && answers.len() == both.len() && answers.iter().all(|answer| answer.len() == 1) => {
+                    Tally::BothExact
+                }
+                () if all => Tally::BothInSets,
+                () => Tally::Missed,
+            }
+        }
+    };
+    let mut covered = Vec::new();
+    for cause in &draw.causes {
+        let finding = diagnosis.findings.iter().find(|f| f.effect == cause.effect.id && f.choice == cause.choice);
+        let Some(finding) = finding.filter(|finding| finding.confounded_with.is_empty()) else { continue };
+        for (found, &value) in finding.parameters.iter().zip(&cause.values) {
+            if let Some(std_dev) = found.std_dev {
+                let mut off = found.value - value;
+                if found.name.contains("heading") {
+                    off = crate::geometry::wrap_angle(off);
+                }
+                covered.push(off.abs() <= 1.96 * std_dev);
+            }
+        }
+    }
+    let regret = match truth.as_slice() {
+        [] => diagnosis.probabilities.iter().find(|(id, _)| id.is_none()).map(|(_, p)| -p.max(1e-6).ln()),
+        [id] if strength >= 5.0 => {
+            let total: f64 = evidences.iter().map(|(_, value)| (value - evidence_of(id).unwrap_or(nothing)).exp()).sum();
+            diagnosis
+                .probabilities
+                .iter()
+                .find(|(known, _)| known.as_deref() == Some(id))
+                .map(|(_, p)| -total.max(1.0).ln() - p.max(1e-6).ln())
+        }
+        _ => None,
+    };
+    let detectable_ratio = ratios(diagnosis, oracle);
+    let answer = match diagnosis.findings.as_slice() {
+        [] => format!("{:?}", diagnosis.verdict).to_lowercase(),
+        findings => findings
+            .iter()
+            .map(|f| {
+                let mut line = f.effect.to_owned();
+                if !f.confounded_with.is_empty() {
+                    line = format!("{line} or {}", f.confounded_with.join(" or "));
+                }
+                line
+            })
+            .collect::<Vec<_>>()
+            .join(" and "),
+    };
+    let mut described: Vec<String> = draw.causes.iter().map(Cause::line).collect();
+    described.extend(draw.outside.clone());
+    Scored {
+        seed: challenge.seed,
+        truth: described,
+        strength,
+        oracle_set,
+        answer,
+        tally,
+        covered,
+        set_size: answers.iter().map(Vec::len).max(),
+        regret,
+        detectable_ratio,
+        seconds,
+    }
+}
+
+/// Smallest detectable sizes of the diagnosis over the oracle's.
+fn ratios(diagnosis: &Diagnosis, oracle: &Study<'_>) -> Vec<f64> {
+    let of_oracle: BTreeMap<(&str, String, &str), f64> = oracle
+        .blind()
+        .into_iter()
+        .map(|blind| ((blind.effect, blind.choice, blind.parameter), blind.smallest_detectable))
+        .collect();
+    diagnosis
+        .blind_to
+        .iter()
+        .filter_map(|blind| {
+            let known = of_oracle.get(&(blind.effect, blind.choice.clone(), blind.parameter))?;
+            let ratio = blind.smallest_detectable / known;
+            ratio.is_finite().then_some(ratio)
+        })
+        .collect()
+}
+
+impl Score {
+    /// How many draws count so.
+    pub fn count(&self, tally: Tally) -> usize {
+        self.draws.iter().filter(|scored| scored.tally == tally).count()
+    }
+}
+
+impl From<ForwardError> for ScoreError {
+    fn from(error: ForwardError) -> Self {
+        ScoreError::Diagnose(error.into())
+    }
+}

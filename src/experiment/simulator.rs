@@ -1,0 +1,75 @@
+//! The simulator as a diagnosis uses it.
+
+use crate::dataset::Run;
+use crate::diagnose::{ForwardError, ForwardModel};
+use crate::drive::{self, DriveError, Observer, Snapshot, Task};
+use crate::geometry::Trace;
+use crate::odometry::OdometryParameters;
+use crate::scene::Scene;
+use std::sync::atomic::AtomicBool;
+
+/// Step of the simulations that a diagnosis makes \[s\]: twice the default; end poses move by a tenth of a survey's σ.
+const TIME_STEP: f64 = 2.5e-3;
+
+/// Predicts runs by simulating them: a replay where there is a log, else the driver drives the protocol.
+pub struct Simulator<'a> {
+    scene: Scene,
+    stop: &'a AtomicBool,
+}
+
+impl<'a> Simulator<'a> {
+    /// A simulator of `scene` as given; `stop` set from outside ends what it does.
+    pub fn new(scene: &Scene, stop: &'a AtomicBool) -> Simulator<'a> {
+        let mut scene = scene.clone();
+        // What is only seen or hit is nothing to a prediction, and copied with every edit.
+        scene.robot.chassis.visuals.clear();
+        scene.robot.wheels.iter_mut().for_each(|wheel| wheel.body.visuals.clear());
+        scene.time_step = scene.time_step.max(TIME_STEP);
+        Simulator { scene, stop }
+    }
+}
+
+impl Simulator<'_> {
+    /// What ends it from outside.
+    pub fn stop(&self) -> &AtomicBool {
+        self.stop
+    }
+}
+
+/// Keeps where the base was.
+struct Tracer {
+    start: crate::geometry::Pose2,
+    trace: Trace,
+}
+
+impl Observer for Tracer {
+    fn observe(&mut self, snapshot: &Snapshot<'_>) {
+        self.trace.time.push(snapshot.time);
+        self.trace.poses.push(self.start.compose(snapshot.truth));
+    }
+}
+
+impl ForwardModel for Simulator<'_> {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError> {
+        let boxed = |error: DriveError| ForwardError(Box::new(error));
+        let scene = scene.clone().noise_free();
+        if run.encoders.as_ref().is_some_and(|log| log.len() > 1) {
+            return drive::replay(&scene, run, counted, self.stop).map_err(boxed);
+        }
+        let start = run.start.unwrap_or_default();
+        let mut tracer = Tracer { start, trace: Trace::default() };
+        let task = Task {
+            speed: run.speed,
+            turn_rate: run.turn_rate,
+            started: run.started,
+            start,
+            ..Task::new(run.name.clone(), run.protocol)
+        };
+        drive::run(&scene, &task, 0, Some(&mut tracer), self.stop).map_err(boxed)?;
+        Ok(tracer.trace)
+    }
+}
