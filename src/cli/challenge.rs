@@ -62,7 +62,8 @@ fn range(text: &str) -> Result<(u64, u64), String> {
 /// Scores a range of seeds.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.scene.set_threads()?;
-    let scene = arguments.scene.scene()?;
+    let mut scene = arguments.scene.scene()?;
+    scene.time_step = scene.time_step.max(2.5e-3);
     let stop = stop_on_ctrl_c();
     let challenge = Challenge {
         seed: arguments.scene.seed,

@@ -151,7 +151,7 @@ fn readings(run: &Run, replayed: bool) -> Vec<Reading> {
 
 impl Case {
     /// The dead-reckoned way at fractions of the run's time, in `steps` steps.
-    fn reckoned(&self, steps: usize) -> Vec<Pose2> {
+    pub fn reckoned(&self, steps: usize) -> Vec<Pose2> {
         let Some(log) = self.run.encoders.as_ref().filter(|_| self.replayed) else { return Vec::new() };
         let mut reckoning = DeadReckoning::new(self.counted);
         let path: Vec<Pose2> = (0..log.len())
@@ -160,7 +160,25 @@ impl Case {
                 reckoning.update(left, right)
             })
             .collect();
-        (0..=steps).map(|k| path[k * (path.len() - 1) / steps]).collect()
+        let rows = (path.len() - 1) as f64;
+        (0..=steps)
+            .map(|k| {
+                let place = rows * k as f64 / steps as f64;
+                let before = (place as usize).min(path.len() - 2);
+                let (a, b, part) = (path[before], path[before + 1], place - before as f64);
+                let between = |a: f64, b: f64| a + part * (b - a);
+                Pose2::new(between(a.x, b.x), between(a.y, b.y), between(a.heading, b.heading))
+            })
+            .collect()
+    }
+
+    /// Whether the counts of another run differ by more than dead reckoning can make good: centimetres.
+    pub fn differs(&self, other: &Case) -> bool {
+        const STEPS: usize = 100;
+        self.reckoned(STEPS)
+            .iter()
+            .zip(other.reckoned(STEPS))
+            .any(|(a, b)| a.distance(b) > 0.02 || (a.heading - b.heading).abs() > 0.02)
     }
 
     /// Time of the encoder log from its first to its last row \[s\]; 0 without a log.

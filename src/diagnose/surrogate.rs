@@ -126,8 +126,13 @@ impl Surrogate {
             .iter()
             .enumerate()
             .flat_map(|(index, cluster)| {
-                let replayed = cases[cluster.reference].replayed;
-                let runs = if replayed { cluster.runs.clone() } else { vec![cluster.reference] };
+                let reference = &cases[cluster.reference];
+                let apart = |run: &&usize| **run == cluster.reference || reference.differs(&cases[**run]);
+                let runs: Vec<usize> = if reference.replayed {
+                    cluster.runs.iter().filter(apart).copied().collect()
+                } else {
+                    vec![cluster.reference]
+                };
                 runs.into_iter().map(move |run| (index, run))
             })
             .collect();
@@ -156,7 +161,12 @@ impl Surrogate {
             let count = steps_of(if reference.replayed { reference.duration() } else { lasts(trace) });
             let way = Way::of(trace, count, reference.replayed, cases[*run].hours);
             if reference.replayed {
-                ways[*run] = Some(way);
+                ways[*run] = Some(way.clone());
+                if *run == clusters[*cluster].reference {
+                    for &member in clusters[*cluster].runs.iter().filter(|&&it| !reference.differs(&cases[it])) {
+                        ways[member] = Some(way.beside(reference, &cases[member]));
+                    }
+                }
             } else {
                 for &member in &clusters[*cluster].runs {
                     ways[member] = Some(Way { hours: cases[member].hours, ..way.clone() });
@@ -275,9 +285,7 @@ impl Surrogate {
                 let steps = path.len() - 1;
                 let place = ((survey.time_of(stamp) - way.began) / way.lasts).clamp(0.0, 1.0) * steps as f64;
                 let before = (place as usize).min(steps - 1);
-                let part = place - before as f64;
-                let step = path[before].relative(path[before + 1]);
-                path[before].compose(Pose2::new(step.x * part, step.y * part, step.heading * part))
+                within(path, before, place - before as f64)
             }
         };
         let frame = case.frame_stamp.map_or(path[0], |stamp| at(Some(stamp)));
@@ -397,6 +405,24 @@ pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effec
     of_variant.into_iter().map(|(variant, values)| variants[variant].cause(&values)).collect()
 }
 
+/// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact
+/// while the robot speeds up or slows down steadily.
+fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
+    let step = |k: usize| path[k].relative(path[k + 1]);
+    let (here, before) = (step(k), step(k.saturating_sub(1)));
+    let after = step((k + 1).min(path.len() - 2));
+    let between = |before: f64, here: f64, after: f64| {
+        let (first, last) = (0.5 * (before + here), 0.5 * (here + after));
+        let (p, p2, p3) = (part, part * part, part * part * part);
+        here * (3.0 * p2 - 2.0 * p3) + first * (p3 - 2.0 * p2 + p) + last * (p3 - p2)
+    };
+    path[k].compose(Pose2::new(
+        between(before.x, here.x, after.x),
+        between(before.y, here.y, after.y),
+        between(before.heading, here.heading, after.heading),
+    ))
+}
+
 /// Ends of the steps, the start first.
 pub(super) fn compose(start: Pose2, steps: &[Step]) -> Vec<Pose2> {
     let mut path = Vec::with_capacity(steps.len() + 1);
@@ -435,6 +461,29 @@ impl Way {
             })
             .collect();
         Way { start: poses[0], steps, began, lasts, hours }
+    }
+
+    /// The way of a run whose counts hardly differ from those of `reference`, whose way this is: the difference of their
+    /// dead reckoning is added step by step, turned as much as the reference turned for its own.
+    fn beside(&self, reference: &Case, case: &Case) -> Way {
+        let count = self.steps.len();
+        let (own, other) = (reference.reckoned(count), case.reckoned(count));
+        let turn = |steps: &mut dyn Iterator<Item = f64>| steps.map(f64::abs).sum::<f64>();
+        let turned = turn(&mut self.steps.iter().map(|step| step[2]));
+        let reckoned = turn(&mut own.windows(2).map(|pair| pair[1].heading - pair[0].heading));
+        let share = if reckoned > 0.1 { turned / reckoned } else { 1.0 };
+        let steps = self
+            .steps
+            .iter()
+            .zip(own.windows(2).zip(other.windows(2)))
+            .map(|(step, (own, other))| {
+                let (own, other) = (own[0].relative(own[1]), other[0].relative(other[1]));
+                [step[0] + other.x - own.x, step[1] + other.y - own.y, step[2] + share * (other.heading - own.heading)]
+            })
+            .collect();
+        let began = case.run.encoders.as_ref().map_or(self.began, |log| log.time[0]);
+        let start = case.run.start.unwrap_or_default();
+        Way { start, steps, began, lasts: case.duration(), hours: case.hours }
     }
 
     /// Progress at the end of each step, 1 at the end of the way.

@@ -7,7 +7,9 @@
 //! - A bristle at (ξ, η) slips over the ground with v = v_patch + ω_n × r, turn slip included.
 //! - ∂u/∂t = −v + V_roll ∂u/∂ξ for its deflection u, and u = 0 where rubber enters. Rolling backwards it enters at the
 //!   other end; standing still it is not carried at all.
-//! - The traction k·u is cut back to the friction ellipse with half axes μ_x p, μ_y p (radial return).
+//! - The traction k·u is cut back to the friction ellipse with half axes μ_x p, μ_y p along the ellipse's normal, so that
+//!   rubber slides where friction resists least (maximum dissipation): on a tread that grips unequally the force is not
+//!   opposite to the slip, and a skid-steered robot's effective track goes with k² = (μ_y/μ_x)².
 //!
 //! Transport is upwind and implicit in time, so that it is stable at any speed; its steady state has the full brush
 //! model's force at small slip exactly, by the choice of k, and at full sliding exactly. Known differences from a real
@@ -42,6 +44,17 @@ const LOAD_SHARE: [f64; CELLS_ALONG] = {
 };
 
 type Row = [f64; CELLS_ACROSS];
+
+/// Factors on a traction (f, g) outside the friction ellipse that bring it back along the ellipse's normal: one step towards
+/// it, and what is left along the radius, which is of second order in the way back.
+fn return_factors(f: f64, g: f64, inverse_along: f64, inverse_across: f64, saturation: f64) -> [f64; 2] {
+    let (ix, iy) = (inverse_along * inverse_along, inverse_across * inverse_across);
+    let steepness = (f * ix).powi(2) + (g * iy).powi(2);
+    let way = saturation / steepness * (1.0 - 1.0 / saturation.sqrt());
+    let factors = [(1.0 - way * ix).max(0.0), (1.0 - way * iy).max(0.0)];
+    let left = ((f * factors[0]).powi(2) * ix + (g * factors[1]).powi(2) * iy).sqrt();
+    factors.map(|factor| factor / left)
+}
 
 /// The bristles of one patch.
 #[derive(Debug, Clone)]
@@ -111,6 +124,7 @@ impl Patch {
         let carried = motion.rolling.abs() * dt / cell_length;
         let keep = 1.0 / (1.0 + carried);
         let forward = motion.rolling >= 0.0;
+        let isotropic = tyre.friction_along == tyre.friction_across;
 
         let mut force = PatchForce::default();
         let (mut entering_along, mut entering_across) = ([0.0; CELLS_ACROSS], [0.0; CELLS_ACROSS]);
@@ -128,11 +142,17 @@ impl Patch {
                 let (old_along, old_across) = (self.along[i][j], self.across[i][j]);
                 let mut u = (old_along + carried * entering_along[j] - slip_along * dt) * keep;
                 let mut v = (old_across + carried * entering_across[j] - slip_across * dt) * keep;
-                // Radial return to the friction ellipse.
+                // Return to the friction ellipse, along its normal.
                 let saturation = (stiffness * u * inverse_along).powi(2) + (stiffness * v * inverse_across).powi(2);
-                let back = if saturation > 1.0 { 1.0 / saturation.sqrt() } else { 1.0 };
-                u *= back;
-                v *= back;
+                if saturation > 1.0 {
+                    let [along, across] = if isotropic {
+                        [1.0 / saturation.sqrt(); 2]
+                    } else {
+                        return_factors(stiffness * u, stiffness * v, inverse_along, inverse_across, saturation)
+                    };
+                    u *= along;
+                    v *= across;
+                }
                 // Damping of the bristle's own motion, again inside the ellipse.
                 let mut f = stiffness * (u + damping * (u - old_along));
                 let mut g = stiffness * (v + damping * (v - old_across));
