@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
 mod calibrate;
+mod certify;
 mod check;
 mod drive;
 mod experiment;
@@ -36,6 +37,8 @@ enum Command {
     Check(check::Arguments),
     /// Find wheel diameters and track from measured or simulated datasets, by every published method
     Calibrate(calibrate::Arguments),
+    /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
+    Certify(certify::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
 }
@@ -62,6 +65,7 @@ impl Cli {
             Some(Command::Init(arguments)) => init::run(&arguments)?,
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
+            Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Methods) => print!("{}", text::methods()),
         }
         Ok(Outcome::Done)
