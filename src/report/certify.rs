@@ -56,34 +56,34 @@ impl From<&Certificate> for CertifyJson {
 /// What was measured, why it differs from theory, and the verdicts.
 pub fn certificate(certificate: &Certificate) -> String {
     let mut text = String::new();
+    let shown = |value: f64, digits: usize| known(value, |value| format!("{value:.digits$}"));
     let _ = writeln!(
         text,
-        "{}: effective track {:.4} m in a spin on the spot, {:.5} times the track of {:.4} m; theory says {:.5}",
+        "{}: effective track {} m in a spin on the spot, {} times the track of {:.4} m; theory says {:.5}",
         certificate.robot,
-        certificate.effective_track,
-        certificate.track_factor,
+        shown(certificate.effective_track, 4),
+        shown(certificate.track_factor, 5),
         certificate.track_width,
         certificate.theory_factor
     );
-    let difference = certificate.track_factor - certificate.theory_factor;
-    let _ = writeln!(text, "  why: {difference:+.5} =");
+    let _ = writeln!(text, "  why: {} =", signed(certificate.track_factor - certificate.theory_factor));
     for one in &certificate.contributions {
-        let _ = writeln!(text, "    {:+.5}  {}", one.delta, in_words(one.cause));
+        let _ = writeln!(text, "    {}  {}", signed(one.delta), in_words(one.cause));
     }
-    let list = |points: &[(f64, f64)], unit: &str| {
-        let each = points.iter().map(|(at, factor)| format!("{factor:.5} at {at:.2} {unit}"));
+    let list = |points: &[(f64, f64)], digits: usize, unit: &str| {
+        let each = points.iter().map(|&(at, factor)| format!("{} at {at:.digits$} {unit}", shown(factor, 5)));
         each.collect::<Vec<_>>().join(", ")
     };
-    let _ = writeln!(text, "  in spins: {}", list(&certificate.spins, "rad/s"));
-    let _ = writeln!(text, "  in arcs: {}", list(&certificate.arcs, "m"));
+    let _ = writeln!(text, "  in spins: {}", list(&certificate.spins, 2, "rad/s"));
+    let _ = writeln!(text, "  in arcs: {}", list(&certificate.arcs, 2, "m"));
     let milliseconds: Vec<(f64, f64)> = certificate.steps.iter().map(|(step, factor)| (1e3 * step, *factor)).collect();
-    let _ = writeln!(text, "  by step: {}", list(&milliseconds, "ms"));
+    let _ = writeln!(text, "  by step: {}", list(&milliseconds, 4, "ms"));
     let _ = writeln!(
         text,
-        "  rolling radius {:.4} mm, by the tyres' squash {:.4} mm; on a straight it turns by {:+.3} mrad/m as built",
-        1e3 * certificate.rolling_radius,
-        1e3 * certificate.rolling_radius_theory,
-        1e3 * certificate.drift
+        "  rolling radius {} mm, by the tyres' squash {} mm; on a straight it turns by {} mrad/m as built",
+        shown(1e3 * certificate.rolling_radius, 4),
+        shown(1e3 * certificate.rolling_radius_theory, 4),
+        signed(1e3 * certificate.drift)
     );
     text.push('\n');
     for check in &certificate.checks {
@@ -99,11 +99,27 @@ pub fn certificate(certificate: &Certificate) -> String {
     text
 }
 
+/// A number that was found, as `format` writes it.
+fn known(value: f64, format: impl Fn(f64) -> String) -> String {
+    if value.is_nan() { "unknown".to_owned() } else { format(value) }
+}
+
+/// With its sign and five digits; a zero has none but plus.
+fn signed(value: f64) -> String {
+    known(value, |value| format!("{:+.5}", (1e5 * value).round() / 1e5 + 0.0))
+}
+
 fn against(check: &Check) -> String {
-    if check.value.is_nan() {
-        return format!("{:>9}   {:>8.1e}", "unknown", check.limit);
-    }
-    format!("{:>9.2e} {} {:>8.1e}", check.value, if check.passed() { "≤" } else { ">" }, check.limit)
+    let sign = match check.passed() {
+        true => "≤",
+        false if check.value.is_nan() => "?",
+        false => ">",
+    };
+    format!("{:>8} {sign} {:<7}", known(check.value, number), number(check.limit))
+}
+
+fn number(value: f64) -> String {
+    if value == 0.0 || (0.01..1e4).contains(&value.abs()) { format!("{value:.2}") } else { format!("{value:.1e}") }
 }
 
 fn in_words(cause: &str) -> &str {
@@ -132,6 +148,7 @@ pub fn literature(rows: &[LiteratureRow]) -> String {
         "− theory",
         "mass offset that would",
         "friction across/along",
+        "by 1 + k²(l/b)²",
         "patch size",
     ];
     let mut table = table(Style::Terminal, &header);
@@ -149,11 +166,12 @@ pub fn literature(rows: &[LiteratureRow]) -> String {
             format!("{published:.3}"),
             row.published.source.to_owned(),
             format!("{:.4}", row.theory),
-            format!("{:.4}", row.predicted),
-            format!("{:+.4}", published - row.predicted),
+            known(row.predicted, |factor| format!("{factor:.4}")),
+            known(published - row.predicted, |off| format!("{off:+.4}")),
             format!("{:+.4}", published - row.theory),
             row.load_offset.map_or("no offset does".to_owned(), |offset| format!("{:.1} % of l", 1e2 * offset)),
             row.friction_ratio.map_or("no ratio does".to_owned(), |ratio| format!("{ratio:.3}")),
+            row.friction_ratio_of_most_dissipation.map_or("no ratio does".to_owned(), |ratio| format!("{ratio:.3}")),
             row.patch_scale.map_or("no size does".to_owned(), patch),
         ]);
     }

@@ -81,6 +81,13 @@ pub(super) fn point_patches(scene: &Scene) -> Scene {
     })
 }
 
+/// Encoders a thousand times finer, so that no tick hides what the simulation itself does.
+pub(super) fn fine_encoders(scene: &Scene) -> Scene {
+    let mut scene = scene.clone();
+    scene.robot.encoder.ticks_per_revolution *= 1e3;
+    scene
+}
+
 /// Steps of the scene are cut into so many for tyres as hard as [`point_patches`] has them: a third of a millisecond, and a
 /// bare wheel on its tyre moves through less than half a radian of its bounce in a step.
 pub(super) fn fine_divisor(scene: &Scene) -> u32 {

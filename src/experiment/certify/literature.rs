@@ -38,19 +38,23 @@ pub struct LiteratureRow {
     pub predicted: f64,
     /// Mass centre ahead of the middle of the wheels that would give the published factor, over the wheelbase \[–\].
     pub load_offset: Option<f64>,
-    /// μ_y/μ_x that would.
+    /// μ_y/μ_x that would, by the simulated patch, whose sliding traction points against the slip.
     pub friction_ratio: Option<f64>,
+    /// μ_y/μ_x that would by the law of most dissipation, whose closed form is 1 + k²(l/b)²; the patch's own part is kept.
+    pub friction_ratio_of_most_dissipation: Option<f64>,
     /// Width and length of every patch over those of the robot that would.
     pub patch_scale: Option<f64>,
     /// Width and length of a patch as the robot stands \[m\].
     pub patch: [f64; 2],
+    /// b \[m\].
+    pub track_width: f64,
 }
 
 /// Farthest that a search goes: offsets, up to where the light axle bears a tenth; ratios; patches, from points to as
 /// large as a wheel leaves room for (see [`largest_patch`]).
 const OFFSETS: [f64; 2] = [0.0, 0.4];
 const RATIOS: [f64; 2] = [0.25, 4.0];
-const SMALLEST_PATCH: f64 = 0.1;
+const SMALLEST_PATCH: f64 = 0.25;
 
 /// Simulates every robot of [`LITERATURE`] and searches for what would give its published factor, in brackets, by simulation.
 ///
@@ -73,7 +77,11 @@ pub fn literature(tell: Tell<'_>) -> Result<Vec<LiteratureRow>, SceneError> {
                 0 => spin_factor(scene).ok(),
                 1 => search(target, OFFSETS, |offset| edit::mass_centre_at(scene, offset * wheelbase)),
                 2 => search(target, RATIOS, |ratio| edit::friction_ratio(scene, ratio)),
-                _ => search(target, [SMALLEST_PATCH, largest_patch(scene)], |scale| edit::patch_scaled(scene, scale)),
+                _ => {
+                    // The hard tyres of small patches ask for a short step.
+                    let scene = Scene { time_step: SMALLEST_PATCH * scene.time_step, ..scene.clone() };
+                    search(target, [SMALLEST_PATCH, largest_patch(&scene)], |scale| edit::patch_scaled(&scene, scale))
+                }
             };
             tell(Progress::Done);
             found
@@ -89,14 +97,19 @@ pub fn literature(tell: Tell<'_>) -> Result<Vec<LiteratureRow>, SceneError> {
 
 fn row(scene: &Scene, published: Published, found: &[Option<f64>]) -> LiteratureRow {
     let tyre = &scene.robot.wheels[0].tyre;
+    let theory = point_contact_factor(scene);
+    let predicted = found[0].unwrap_or(f64::NAN);
+    let squared = (published.factor - predicted + theory - 1.0) / (theory - 1.0);
     LiteratureRow {
         published,
-        theory: point_contact_factor(scene),
-        predicted: found[0].unwrap_or(f64::NAN),
+        theory,
+        predicted,
+        friction_ratio_of_most_dissipation: (squared > 0.0).then(|| squared.sqrt()),
         load_offset: found[1],
         friction_ratio: found[2],
         patch_scale: found[3],
         patch: [tyre.width, 2.0 * tyre.contact_half_length(tyre.squash(edit::wheel_share(scene)))],
+        track_width: scene.robot.track_width(),
     }
 }
 

@@ -207,9 +207,11 @@ pub fn certify(scene: &Scene, tell: Tell<'_>) -> Result<Certificate, WorldError>
     let effective = scene.robot.track_width() * point_contact_factor(scene);
     let arcs = ARC_RADII.map(|radius| plan(scene.clone(), arc(scene, radius * effective)));
     let steps = STEP_DIVISORS.map(|divisor| plan(with_step_over(scene, divisor), spin(scene, 1.0)));
-    let mirror = plan(edit::mirrored(scene), spin(scene, -1.0));
+    let fine = edit::fine_encoders(scene);
+    let image = plan(edit::mirrored(&fine), spin(scene, -1.0));
+    let imaged = plan(fine.clone(), spin(scene, 1.0));
     let drive = plan(scene.clone(), straight(scene));
-    let even = edit::mass_centre_at(&edit::equal_tyres(scene), edit::load_offset(scene));
+    let even = edit::mass_centre_at(&edit::equal_tyres(&fine), edit::load_offset(scene));
     let even_drive = plan(even, straight(scene));
     let mut edited = with_step_over(scene, edit::fine_divisor(scene));
     let mut switched = vec![("time_step", plan(edited.clone(), spin(scene, 1.0)))];
@@ -252,7 +254,7 @@ pub fn certify(scene: &Scene, tell: Tell<'_>) -> Result<Certificate, WorldError>
         spins: spins.map(|trial| &outcomes[trial]),
         arcs: arcs.map(|trial| &outcomes[trial]),
         steps: steps.map(|trial| &outcomes[trial]),
-        mirror: &outcomes[mirror],
+        mirror: [&outcomes[imaged], &outcomes[image]],
         straight: &outcomes[drive],
         even_straight: &outcomes[even_drive],
         points: &outcomes[switched[switched.len() - 1].1],
