@@ -80,6 +80,8 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel<'_>) -> Result<
     };
     let across = range(&mut points().map(|(x, _)| x));
     let up = range(&mut points().map(|(_, y)| y).chain([panel.theory]));
+    // Room for the legend above the curves.
+    let up = up.start..up.end + (0.09 * panel.curves.len() as f64 + 0.12) * (up.end - up.start);
     let mut chart = ChartBuilder::on(area)
         .margin(12)
         .caption(panel.title, ("sans-serif", 16))
@@ -93,6 +95,7 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel<'_>) -> Result<
         .y_desc("b_eff / b [–]")
         .x_labels(6)
         .y_labels(6)
+        .x_label_formatter(&|value| format!("{}", (1e3 * value).round() / 1e3 + 0.0))
         .y_label_formatter(&|value| format!("{value:.3}"))
         .draw()?;
     chart
@@ -106,6 +109,11 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, panel: &Panel<'_>) -> Result<
             .legend(|(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2)));
         chart.draw_series(curve.iter().map(|point| Circle::new(*point, 3, colour.filled())))?;
     }
-    chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(GREY).draw()?;
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.8))
+        .border_style(GREY)
+        .draw()?;
     Ok(())
 }
