@@ -48,7 +48,7 @@ def commanded(t):
 
 
 def measure(make, dt):
-    """b_eff/b in a steady spin and the wall time of a simulated second, by the engine's own rolling radius on a straight.
+    """b_eff/b in a steady spin and the processor time of a simulated second, by the engine's own rolling radius on a straight.
 
     `make()` -> `step()`, `command(left, right)` and `read()` -> (left, right, heading, x, y), robot at rest at the origin.
     """
@@ -60,7 +60,7 @@ def measure(make, dt):
 
 
 def travel(engine, dt, left_sign):
-    """What wheels, heading and base did over the window, and the wall time of a simulated second."""
+    """What wheels, heading and base did over the window, and the processor time of a simulated second."""
     step, command, read = engine
     ahead, total = round((SETTLE + RAMP + WAIT) / dt), round(WINDOW / dt)
     # Read ten times a second: no engine turns by half a turn meanwhile.
@@ -79,11 +79,11 @@ def travel(engine, dt, left_sign):
                 path += math.hypot(now[3] - last[3], now[4] - last[4])
             last = now
         if k < ahead + total:
-            began = time.perf_counter()
+            began = time.process_time()
             speed = commanded(k * dt)
             command(left_sign * speed, speed)
             step()
-            wall += time.perf_counter() - began
+            wall += time.process_time() - began
     return last[0] - start[0], last[1] - start[1], turned, path, wall / ((ahead + total) * dt)
 
 
@@ -110,10 +110,13 @@ def treadmark():
             file = robot(Path(name))
             # A spin of ten turns by the driver: what its ways and the robot turned from mark to mark, start and stop included.
             drive = [BINARY, "drive", "--robot", file, "--protocol", "spin", "--turn", "62.83", "--time-step", str(dt),
-                     "--no-survey-noise", "--no-scatter", "--no-recording", "--json", "--out", f"{name}/out"]
-            done = json.loads(subprocess.run(drive + (["--tyre", "rigid"] if rigid else []), check=True,
-                                             capture_output=True, text=True).stdout)
-            cost = done["wall_s"] / done["simulated_s"]
+                     "--no-survey-noise", "--no-scatter", "--no-recording", "--json"]
+            arguments, costs = drive + (["--tyre", "rigid"] if rigid else []), []
+            for attempt in range(3):
+                done = json.loads(subprocess.run(arguments + ["--out", f"{name}/out{attempt}"], check=True,
+                                                 capture_output=True, text=True).stdout)
+                costs.append(done["wall_s"] / done["simulated_s"])
+            cost = min(costs)  # wall time: the quietest of three
             if rigid:
                 believed = 0.5966  # track in the model file
                 return done["odometry"]["heading_rad"] * believed / done["actual"]["heading_rad"] / B, cost, R
@@ -261,19 +264,17 @@ def bullet_engine():
         ("default", {}, {}, "cylinder"),
         ("pyramid", pyramid, {}, "cylinder"),
         ("200 iterations", tight, {}, "cylinder"),
-        ("200 it., contact and friction ERP 0.2", {**tight, "contactERP": 0.2, "frictionERP": 0.2}, {}, "cylinder"),
-        ("200 it., friction anchors", tight, {"frictionAnchor": 1}, "cylinder"),
-        ("200 it., spring 60 kN/m", tight, spring, "cylinder"),
-        ("200 it., spring, CFM 1e-6", {**tight, "globalCFM": 1e-6}, spring, "cylinder"),
-        ("200 it., spring, 10 sub-steps", {**tight, "numSubSteps": 10}, spring, "cylinder"),
+        ("contact and friction ERP 0.2", {"contactERP": 0.2, "frictionERP": 0.2}, {}, "cylinder"),
+        ("friction anchors", {}, {"frictionAnchor": 1}, "cylinder"),
+        ("spring 60 kN/m", {}, spring, "cylinder"),
+        ("spring 60 kN/m, CFM 1e-6", {"globalCFM": 1e-6}, spring, "cylinder"),
+        ("spring 60 kN/m, 10 sub-steps", {"numSubSteps": 10}, spring, "cylinder"),
         ("sphere wheels, default", {}, {}, "sphere"),
-        ("sphere wheels, 200 iterations", tight, {}, "sphere"),
-        ("sphere wheels, 200 it., spring", tight, spring, "sphere"),
     ]
     for name, engine, dynamics, shape in settings:
         for dt in STEPS:
-            if "sub-steps" in name and dt < 1e-3:
-                continue
+            if dt < (1e-3 if engine else 0.5e-3):
+                continue  # minutes, for what the longer steps show already
             yield name, dt, lambda dt=dt, e=engine, d=dynamics, shape=shape: run(dt, e, d, shape)
 
 
@@ -355,12 +356,12 @@ def drake_engine():
         ("point, similar", dict(contact="point", solver="similar")),
         ("hydroelastic 1 MPa, SAP", dict(contact="hydroelastic", solver="sap", modulus=1e6)),
         ("hydroelastic 1 MPa, lagged", dict(contact="hydroelastic", solver="lagged", modulus=1e6)),
-        ("hydroelastic 10 MPa, lagged", dict(contact="hydroelastic", solver="lagged", modulus=1e7)),
         ("sphere wheels, point, SAP", dict(contact="point", solver="sap", shape="sphere")),
-        ("sphere wheels, point, lagged", dict(contact="point", solver="lagged", shape="sphere")),
     ]
     for name, options in settings:
         for dt in STEPS:
+            if dt < (1e-3 if "hydro" in name else 0.5e-3):
+                continue  # minutes, for what the longer steps show already
             yield name, dt, lambda dt=dt, options=options: run(dt, **options)
 
 

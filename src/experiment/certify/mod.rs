@@ -178,9 +178,12 @@ pub fn spin_factor(scene: &Scene) -> Result<f64, WorldError> {
     Ok(simulate(scene, spin(scene, 1.0))?.effective_track() / scene.robot.track_width())
 }
 
+/// The same scene without one cause.
+type SwitchOff = fn(&Scene) -> Scene;
+
 /// Everything on the way from the robot as built to equal, stiff tyres that touch at points: what is switched off, and
 /// how. The order matters where causes act together; it goes from what a workshop can change to what rubber is.
-const SWITCHES: [(&str, fn(&Scene) -> Scene); 6] = [
+const SWITCHES: [(&str, SwitchOff); 6] = [
     ("unequal_tyres", edit::equal_tyres),
     ("load_offset", |scene| edit::mass_centre_at(scene, 0.0)),
     ("caster_drag", edit::free_casters),
