@@ -269,7 +269,10 @@ def bullet_engine():
         ("spring 60 kN/m", {}, spring, "cylinder"),
         ("spring 60 kN/m, CFM 1e-6", {"globalCFM": 1e-6}, spring, "cylinder"),
         ("spring 60 kN/m, 10 sub-steps", {"numSubSteps": 10}, spring, "cylinder"),
+        ("pyramid, spring 60 kN/m", pyramid, spring, "cylinder"),
+        ("pyramid, 200 iterations", {**pyramid, **tight}, {}, "cylinder"),
         ("sphere wheels, default", {}, {}, "sphere"),
+        ("sphere wheels, pyramid", pyramid, {}, "sphere"),
     ]
     for name, engine, dynamics, shape in settings:
         for dt in STEPS:
