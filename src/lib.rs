@@ -57,8 +57,8 @@
 //!
 //! 1. `calibrate` imports neither `world` nor `drive`: methods see data, never a simulated truth.
 //! 2. The driver receives ticks, never poses.
-//! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, rerun in `recording`, clap and
-//!    anyhow in `cli` and `main`.
+//! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, rerun in `recording`, plotters
+//!    in `report`, clap and anyhow in `cli` and `main`.
 //! 4. A [`Scene`](scene::Scene) is immutable and complete: the same scene, protocol and seed give the same bits. Set-up
 //!    and running state are two types (`Scene` → `World`, `Protocol` → `Driver`), so runs go side by side on threads.
 //!

@@ -1,6 +1,6 @@
 //! `treadmark challenge`: hidden effects, drawn for others or scored.
 
-use super::options::SceneOptions;
+use super::options::{SceneOptions, set_threads};
 use super::watch::stop_on_ctrl_c;
 use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, score};
 use clap::{Args, ValueEnum};
@@ -61,7 +61,7 @@ fn range(text: &str) -> Result<(u64, u64), String> {
 
 /// Scores a range of seeds.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
-    arguments.scene.set_threads()?;
+    set_threads(arguments.scene.threads)?;
     let mut scene = arguments.scene.scene()?;
     scene.time_step = scene.time_step.max(2.5e-3);
     let stop = stop_on_ctrl_c();

@@ -67,7 +67,14 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Some(direction) => format!("{}-{direction}", protocol.kind()),
         None => protocol.kind().to_owned(),
     };
-    let task = Task { name, protocol, speed: arguments.speed, turn_rate: arguments.turn_rate, started: None, ..Task::new("", protocol) };
+    let task = Task {
+        name,
+        protocol,
+        speed: arguments.speed,
+        turn_rate: arguments.turn_rate,
+        started: None,
+        ..Task::new("", protocol)
+    };
     let (result, recorded) = drive_recorded(arguments, &folder, &scene, &task, stop)?;
     Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] }.write(&folder)?;
 

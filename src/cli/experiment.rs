@@ -28,7 +28,7 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let scene = arguments.scene.scene()?;
-    arguments.scene.set_threads()?;
+    options::set_threads(arguments.scene.threads)?;
     let mut sides = arguments.sides.clone();
     sides.sort_by(f64::total_cmp);
     sides.dedup();

@@ -1,6 +1,7 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
 mod calibrate;
+mod certify;
 mod challenge;
 mod check;
 mod drive;
@@ -39,6 +40,8 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// Hide effects in simulated campaigns, and score how the diagnosis finds them
     Challenge(challenge::Arguments),
+    /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
+    Certify(certify::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
 }
@@ -66,6 +69,7 @@ impl Cli {
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
+            Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Methods) => print!("{}", text::methods()),
         }
         Ok(Outcome::Done)

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// What to simulate, and where results go.
 #[derive(Args)]
 pub(super) struct SceneOptions {
-    /// Robot model file, or the name of a shipped robot: jnpf_4wd, husky_a200, optiodom
+    /// Robot model file, or the name of a shipped robot: jnpf_4wd, husky_a200, optiodom, leo, rosbot, panther, pioneer_3at
     #[arg(long, value_name = "FILE|NAME", default_value = ROBOTS.names()[0])]
     pub robot: String,
     /// World file, or the name of a shipped world: lab_floor, tilted_floor, slippery_patch, sill
@@ -75,14 +75,14 @@ impl SceneOptions {
         scene.time_step = self.time_step;
         Ok(scene)
     }
+}
 
-    /// Sets the number of rayon's threads.
-    pub(super) fn set_threads(&self) -> anyhow::Result<()> {
-        if let Some(threads) = self.threads {
-            rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
-        }
-        Ok(())
+/// Sets the number of rayon's threads, where one is asked for.
+pub(super) fn set_threads(threads: Option<u16>) -> anyhow::Result<()> {
+    if let Some(threads) = threads {
+        rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global()?;
     }
+    Ok(())
 }
 
 /// A finite number above 0.

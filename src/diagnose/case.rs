@@ -133,8 +133,7 @@ fn readings(run: &Run, replayed: bool) -> Vec<Reading> {
     if let (true, Some(log)) = (replayed, run.poses.as_ref().filter(|log| log.time.len() > 2)) {
         let encoders = run.encoders.as_ref().expect("a replayed run has a log");
         let (first, last) = (encoders.time[0] - 0.5, encoders.time[encoders.len() - 1] + 0.5);
-        let overlap: Vec<usize> =
-            (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
+        let overlap: Vec<usize> = (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
         if overlap.len() > 2 {
             let rows = overlap.len().min(MOST_READINGS);
             return (1..=rows)
@@ -205,13 +204,18 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
             cluster.condition == condition
                 && reference.replayed == case.replayed
                 && reference.readings.len() == case.readings.len()
-                && reference.readings.iter().zip(&case.readings).all(|(a, b)| a.heading.is_some() == b.heading.is_some())
+                && reference
+                    .readings
+                    .iter()
+                    .zip(&case.readings)
+                    .all(|(a, b)| a.heading.is_some() == b.heading.is_some())
                 && near(reference.run.start.unwrap_or_default(), case.run.start.unwrap_or_default())
                 && (!apart || reference.hours == case.hours)
                 && (reference.duration() - case.duration()).abs() <= 0.02 * reference.duration()
-                && way.iter().zip(&reckoned).all(|(a, b)| {
-                    a.distance(*b) < 0.02 * length + 0.02 && (a.heading - b.heading).abs() < 0.1
-                })
+                && way
+                    .iter()
+                    .zip(&reckoned)
+                    .all(|(a, b)| a.distance(*b) < 0.02 * length + 0.02 && (a.heading - b.heading).abs() < 0.1)
         };
         match clusters.iter_mut().find(|entry| alike(entry)) {
             Some((cluster, _)) => cluster.runs.push(index),

@@ -71,8 +71,7 @@ pub(super) fn flatten(case: &Case, poses: &[Pose2]) -> DVector<f64> {
 }
 
 pub(super) fn observed(case: &Case) -> DVector<f64> {
-    let poses: Vec<Pose2> =
-        case.readings.iter().map(|r| Pose2::new(r.x, r.y, r.heading.unwrap_or(0.0))).collect();
+    let poses: Vec<Pose2> = case.readings.iter().map(|r| Pose2::new(r.x, r.y, r.heading.unwrap_or(0.0))).collect();
     flatten(case, &poses)
 }
 
@@ -83,7 +82,13 @@ impl Problem<'_> {
         self.predict_with(cluster, run, at, &survey)
     }
 
-    fn predict_with(&self, cluster: usize, run: usize, at: &Coordinates, survey: &crate::scene::Survey) -> DVector<f64> {
+    fn predict_with(
+        &self,
+        cluster: usize,
+        run: usize,
+        at: &Coordinates,
+        survey: &crate::scene::Survey,
+    ) -> DVector<f64> {
         let path = self.surrogate.path(cluster, run, at, self.variants);
         let case = &self.cases[run];
         flatten(case, &self.surrogate.readings(case, &self.surrogate.ways[run], &path, survey))
@@ -172,9 +177,8 @@ impl Problem<'_> {
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
         let mut changed = way.steps.clone();
         self.surrogate.responses[cluster].add(at, way, self.variants, &mut changed);
-        let read = |steps: &[Step]| {
-            flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey))
-        };
+        let read =
+            |steps: &[Step]| flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey));
         let here = read(&changed);
         let count = way.steps.len();
         let mut columns = Vec::with_capacity(PARTS + 1);
@@ -235,14 +239,14 @@ impl Problem<'_> {
             let (a, b, c) = self.normal_equations(&linear);
             let off: DVector<f64> =
                 DVector::from_iterator(axes.len(), prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
-            let precision =
-                DVector::from_iterator(axes.len(), prior.iter().map(|prior| prior.std_dev.powi(-2)));
+            let precision = DVector::from_iterator(axes.len(), prior.iter().map(|prior| prior.std_dev.powi(-2)));
             let cost = c + off.component_mul(&off).dot(&precision);
             let normal = a + DMatrix::from_diagonal(&precision);
             let Some(factor) = Cholesky::new(normal) else { break };
             let mut step = factor.solve(&(b + precision.component_mul(&off)));
             // A step of several prior σ leaves the range in which responses were simulated.
-            let far = step.iter().zip(&prior).map(|(step, prior)| step.abs() / (4.0 * prior.std_dev)).fold(1.0, f64::max);
+            let far =
+                step.iter().zip(&prior).map(|(step, prior)| step.abs() / (4.0 * prior.std_dev)).fold(1.0, f64::max);
             step /= far;
             for ((_, value), step) in at.iter_mut().zip(step.iter()) {
                 *value += step;
@@ -262,8 +266,7 @@ impl Problem<'_> {
         let (a, b, c) = self.normal_equations(&linear);
         let p = axes.len();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
-        let off =
-            DVector::from_iterator(p, prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
+        let off = DVector::from_iterator(p, prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
         let precision = DVector::from_iterator(p, prior.iter().map(|prior| prior.std_dev.powi(-2)));
 
         let physical = at.iter().any(|(axis, _)| !self.variants[axis.variant].effect.is_survey());
@@ -328,7 +331,12 @@ pub(super) fn log_normal_cdf(z: f64) -> f64 {
 }
 
 /// Shapes of every cluster's noise, at the model as given.
-pub(super) fn shapes(problem_scene: &Scene, cases: &[Case], clusters: &[Cluster], surrogate: &Surrogate) -> Vec<Shapes> {
+pub(super) fn shapes(
+    problem_scene: &Scene,
+    cases: &[Case],
+    clusters: &[Cluster],
+    surrogate: &Surrogate,
+) -> Vec<Shapes> {
     clusters
         .iter()
         .map(|cluster| {

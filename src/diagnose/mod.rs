@@ -105,7 +105,8 @@ impl<'m> Study<'m> {
         let shapes = linear::shapes(scene, &cases, &clusters, &surrogate);
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
         let mut survey = scene.survey;
-        if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some()) {
+        if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some())
+        {
             survey.position_std = facts.position_std.unwrap_or(survey.position_std);
             survey.heading_std = facts.heading_std.unwrap_or(survey.heading_std);
         }

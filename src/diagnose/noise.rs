@@ -80,9 +80,7 @@ impl Shapes {
             .iter()
             .map(|reading| match reading.stamp {
                 None => steps,
-                Some(stamp) => {
-                    (((stamp - way.began) / way.lasts).clamp(0.0, 1.0) * steps as f64).round() as usize
-                }
+                Some(stamp) => (((stamp - way.began) / way.lasts).clamp(0.0, 1.0) * steps as f64).round() as usize,
             })
             .collect();
         let column = |value: &dyn Fn(usize, usize) -> f64| {
@@ -213,10 +211,12 @@ pub(super) fn learn(
         .filter(|(_, cluster)| cluster.runs.len() > 1)
         .map(|(index, cluster)| {
             let count = cluster.runs.len() as f64;
-            let mean = cluster.runs.iter().map(|&run| &deviations[run]).fold(
-                DVector::zeros(shapes[index].rows),
-                |sum, deviation| sum + deviation,
-            ) / count;
+            let mean = cluster
+                .runs
+                .iter()
+                .map(|&run| &deviations[run])
+                .fold(DVector::zeros(shapes[index].rows), |sum, deviation| sum + deviation)
+                / count;
             let mut spread = DMatrix::zeros(mean.len(), mean.len());
             for &run in &cluster.runs {
                 let off = &deviations[run] - &mean;

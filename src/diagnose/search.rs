@@ -76,10 +76,8 @@ impl Ranking {
             seeds.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
             seeds.truncate(BEAM);
             // What one more cause promises, by a linear look from each seed.
-            let promises: Vec<(f64, Set, Vec<(Axis, f64)>)> = seeds
-                .par_iter()
-                .flat_map(|seed| promises(problem, allowed, seed))
-                .collect();
+            let promises: Vec<(f64, Set, Vec<(Axis, f64)>)> =
+                seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
             let best_so_far = known.values().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
             let mut wanted: BTreeMap<Set, (f64, Vec<(Axis, f64)>)> = BTreeMap::new();
             for (promise, set, start) in promises {
@@ -95,8 +93,7 @@ impl Ranking {
                 wanted.into_iter().map(|(set, (promise, start))| (set, promise, start)).collect();
             wanted.sort_by(|a, b| b.1.total_cmp(&a.1));
             wanted.truncate(24);
-            let level: Vec<Hypothesis> =
-                wanted.par_iter().map(|(set, _, start)| evaluate(set, start)).collect();
+            let level: Vec<Hypothesis> = wanted.par_iter().map(|(set, _, start)| evaluate(set, start)).collect();
             let best_of_level = level.iter().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
             known.extend(level.into_iter().map(|hypothesis| (hypothesis.set.clone(), hypothesis)));
             if best_of_level < best_so_far - 3.0 {

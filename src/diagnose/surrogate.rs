@@ -194,13 +194,7 @@ impl Surrogate {
                     [-coordinate.std_dev, coordinate.std_dev]
                 };
                 let nodes = at.map(|at| {
-                    let change = surrogate.simulated_change(
-                        model,
-                        cases,
-                        &clusters[cluster],
-                        variants,
-                        &[(axis, at)],
-                    );
+                    let change = surrogate.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]);
                     tick();
                     change.map(|change| (at, change))
                 });
@@ -297,8 +291,7 @@ impl Surrogate {
         if !at.iter().any(|(axis, _)| variants[axis.variant].effect.is_survey()) {
             return self.survey;
         }
-        let causes: Vec<_> =
-            causes(variants, at).into_iter().filter(|cause| cause.effect.is_survey()).collect();
+        let causes: Vec<_> = causes(variants, at).into_iter().filter(|cause| cause.effect.is_survey()).collect();
         let mut light = scene.clone();
         light.survey = self.survey;
         crate::effect::Cause::edit_all(&causes, &light).survey
@@ -397,9 +390,8 @@ fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
 pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effect::Cause> {
     let mut of_variant: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
     for (axis, value) in at {
-        let values = of_variant
-            .entry(axis.variant)
-            .or_insert_with(|| vec![0.0; variants[axis.variant].coordinates.len()]);
+        let values =
+            of_variant.entry(axis.variant).or_insert_with(|| vec![0.0; variants[axis.variant].coordinates.len()]);
         values[axis.coordinate] = *value;
     }
     of_variant.into_iter().map(|(variant, values)| variants[variant].cause(&values)).collect()
@@ -510,7 +502,8 @@ impl Way {
             .iter()
             .enumerate()
             .map(|(k, step)| {
-                let twist = crate::geometry::Twist2 { forward: step[0] / dt, left: step[1] / dt, yaw_rate: step[2] / dt };
+                let twist =
+                    crate::geometry::Twist2 { forward: step[0] / dt, left: step[1] / dt, yaw_rate: step[2] / dt };
                 let acceleration = (twist.forward - speed_before) / dt;
                 speed_before = twist.forward;
                 let motion = Motion { twist, pose, time: (k as f64 + 0.5) * dt, acceleration };

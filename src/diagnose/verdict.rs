@@ -234,7 +234,10 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
         ranking.hypotheses.iter().filter(holds).map(|h| (h.log_posterior - total).exp()).sum::<f64>().min(1.0);
     // What only the class can name is named by the class.
     let class = confounded.contains(&"effective_track") || variant.effect.id == "effective_track";
-    if class && confounded.iter().chain([&variant.effect.id]).all(|id| TRACK_CLASS.contains(id)) && variant.effect.id == "effective_track" {
+    if class
+        && confounded.iter().chain([&variant.effect.id]).all(|id| TRACK_CLASS.contains(id))
+        && variant.effect.id == "effective_track"
+    {
         confounded.clear();
         probability = probability.max(
             ranking
@@ -278,16 +281,14 @@ fn misfit(study: &Study<'_>) -> Misfit {
         let count = runs as f64;
         let mean = residuals.iter().fold(nalgebra::DVector::zeros(parts), |sum, r| sum + r) / count;
         let full = study.shapes[index].covariance(&study.noise);
-        let covariance =
-            full.view((full.nrows() - parts, full.ncols() - parts), (parts, parts)).into_owned() / count;
+        let covariance = full.view((full.nrows() - parts, full.ncols() - parts), (parts, parts)).into_owned() / count;
         if let Some(factor) = nalgebra::Cholesky::new(covariance.clone()) {
             chi2 += mean.dot(&factor.solve(&mean));
             dof += parts;
         }
         let spread = |part: usize| {
-            (runs > 1).then(|| {
-                (residuals.iter().map(|r| (r[part] - mean[part]).powi(2)).sum::<f64>() / (count - 1.0)).sqrt()
-            })
+            (runs > 1)
+                .then(|| (residuals.iter().map(|r| (r[part] - mean[part]).powi(2)).sum::<f64>() / (count - 1.0)).sqrt())
         };
         let label = study.conditions[cluster.condition].label();
         let entry = MisfitCondition {
@@ -317,7 +318,8 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
         let names = parameter_names(variant);
         for (position, (&name, &value)) in names.iter().zip(&information).enumerate() {
             // Of a vector, the size: the worse of its two directions.
-            let value = if names.len() < information.len() { information.iter().copied().fold(value, f64::min) } else { value };
+            let value =
+                if names.len() < information.len() { information.iter().copied().fold(value, f64::min) } else { value };
             list.push(Blind {
                 effect: variant.effect.id,
                 choice: variant.choice.clone(),

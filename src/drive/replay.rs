@@ -26,12 +26,7 @@ const STOP: f64 = 0.3;
 ///
 /// # Errors
 /// The run has no log, the world cannot be built or is left, or the replay was stopped.
-pub fn replay(
-    scene: &Scene,
-    run: &Run,
-    counted: &OdometryParameters,
-    stop: &AtomicBool,
-) -> Result<Trace, DriveError> {
+pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &AtomicBool) -> Result<Trace, DriveError> {
     let in_world = |source: WorldError| DriveError::World { run: run.name.clone(), source };
     let Some(log) = run.encoders.as_ref().filter(|log| log.len() > 1) else {
         return Err(DriveError::NoLog { run: run.name.clone() });
@@ -113,7 +108,8 @@ impl Rotation {
             let until = stopped.unwrap_or(row);
             let way = self.angle[row] - way_began;
             let ends_log = until + 1 == rows;
-            if self.time[until] - self.time[row] >= STOP && way.abs() > 3.0 * still || ends_log && way.abs() > 3.0 * still
+            if self.time[until] - self.time[row] >= STOP && way.abs() > 3.0 * still
+                || ends_log && way.abs() > 3.0 * still
             {
                 // Coasting is the last thing that happens before the wheels go on.
                 let [coast, stand] = COASTING;

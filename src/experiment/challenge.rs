@@ -95,9 +95,9 @@ impl CampaignKind {
                 plan.extend(both.map(|direction| (Protocol::Spin { turn: 5.0 * TAU, direction }, 1.0, rate, 3)));
             }
             for radius in [0.5, 1.5] {
-                plan.extend(both.map(|direction| {
-                    (Protocol::Circle { radius, turn: Some(TAU), direction }, 1.0, 1.0, 3)
-                }));
+                plan.extend(
+                    both.map(|direction| (Protocol::Circle { radius, turn: Some(TAU), direction }, 1.0, 1.0, 3)),
+                );
             }
             plan.extend(both.map(|direction| (Protocol::Square { side: 2.0, direction }, 0.5, 0.5, 3)));
         }
@@ -117,8 +117,8 @@ impl CampaignKind {
                     continue;
                 }
                 let (speed, turn_rate) = (driver.cruise_speed * speed, driver.turn_rate * rate);
-                let duration = drive::Driver::new(&protocol, speed, turn_rate, driver, &scene.robot.odometry)
-                    .planned_duration();
+                let duration =
+                    drive::Driver::new(&protocol, speed, turn_rate, driver, &scene.robot.odometry).planned_duration();
                 tasks.push(Task {
                     speed: Some(speed),
                     turn_rate: Some(turn_rate),

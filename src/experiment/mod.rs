@@ -1,5 +1,7 @@
-//! Where simulation and inference are put together.
+//! Where simulation and inference are put together, and where the simulation is held against what is known.
 
+pub mod bench;
+pub mod certify;
 mod challenge;
 mod score;
 mod simulator;

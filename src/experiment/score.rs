@@ -217,8 +217,11 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
         [id] => {
             // A spot on the floor has no single evidence without its place: what the data say at best is all of the misfit.
             let own = evidence_of(id).unwrap_or(nothing + 0.5 * strength * strength - 8.0);
-            let mut set: Vec<&'static str> =
-                evidences.iter().filter(|(known, value)| known == id || *value > own - ALIKE).map(|(k, _)| *k).collect();
+            let mut set: Vec<&'static str> = evidences
+                .iter()
+                .filter(|(known, value)| known == id || *value > own - ALIKE)
+                .map(|(k, _)| *k)
+                .collect();
             if !set.contains(id) {
                 set.push(draw.causes[0].effect.id);
             }
@@ -296,7 +299,8 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
     let regret = match truth.as_slice() {
         [] => diagnosis.probabilities.iter().find(|(id, _)| id.is_none()).map(|(_, p)| -p.max(1e-6).ln()),
         [id] if strength >= 5.0 => {
-            let total: f64 = evidences.iter().map(|(_, value)| (value - evidence_of(id).unwrap_or(nothing)).exp()).sum();
+            let total: f64 =
+                evidences.iter().map(|(_, value)| (value - evidence_of(id).unwrap_or(nothing)).exp()).sum();
             diagnosis
                 .probabilities
                 .iter()

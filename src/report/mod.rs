@@ -1,6 +1,8 @@
-//! Results → text, JSON, ROS 2 parameters. Every number that a command prints comes from here, in one wording.
+//! Results → text, JSON, ROS 2 parameters, figures. Every number that a command prints comes from here, in one wording.
 
+pub mod certify;
 pub mod check;
 pub mod json;
+pub mod plot;
 pub mod ros2;
 pub mod text;

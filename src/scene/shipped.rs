@@ -25,8 +25,23 @@ macro_rules! shipped {
 /// Robots by name.
 pub const ROBOTS: Shipped = shipped!(
     "robots",
-    ["jnpf_4wd", "husky_a200", "optiodom"],
-    ["jnpf_4wd.toml", "jnpf_4wd.urdf", "husky_a200.toml", "husky_a200.urdf", "optiodom.toml", "optiodom.urdf"]
+    ["jnpf_4wd", "husky_a200", "optiodom", "leo", "rosbot", "panther", "pioneer_3at"],
+    [
+        "jnpf_4wd.toml",
+        "jnpf_4wd.urdf",
+        "husky_a200.toml",
+        "husky_a200.urdf",
+        "optiodom.toml",
+        "optiodom.urdf",
+        "leo.toml",
+        "leo.urdf",
+        "rosbot.toml",
+        "rosbot.urdf",
+        "panther.toml",
+        "panther.urdf",
+        "pioneer_3at.toml",
+        "pioneer_3at.urdf"
+    ]
 );
 
 /// Worlds by name.

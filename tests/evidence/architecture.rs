@@ -30,6 +30,7 @@ const THIRD_PARTIES: &[(&str, &[&str])] = &[
     ("clap::", &["cli", "main"]),
     ("anyhow::", &["cli", "main"]),
     ("comfy_table::", &["report"]),
+    ("plotters::", &["report"]),
     ("indicatif::", &["cli"]),
     ("ctrlc::", &["cli"]),
 ];

@@ -358,3 +358,36 @@ fn init_writes_a_campaign_that_reads() {
     let output = treadmark(folder.path()).args(["calibrate", "mine"]).output().expect("it starts");
     assert!(output.status.success());
 }
+
+/// `certify`: the JSON is what it is said to be, a failed check is exit code 1, bad input is one error.
+#[test]
+fn certify_answers_in_json_and_by_exit_code() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let certify = |arguments: &[&str]| {
+        let output = treadmark(folder.path()).arg("certify").args(arguments).output().expect("it starts");
+        let json: Value = serde_json::from_slice(&output.stdout).expect("JSON and nothing else");
+        (output.status.code(), json)
+    };
+    let (code, json) = certify(&["optiodom", "--json", "--out", "certified"]);
+    assert_eq!(code, Some(0), "{json:#}");
+    let keys: Vec<&str> = json.as_object().expect("an object").keys().map(String::as_str).collect();
+    let mut wanted =
+        ["robot", "effective_track_m", "track_factor", "theory_factor", "contributions", "rolling_radius_m", "checks"];
+    wanted.sort_unstable();
+    let mut sorted = keys.clone();
+    sorted.sort_unstable();
+    assert_eq!(sorted, wanted);
+    let figure = std::fs::read_to_string(folder.path().join("certified/effective_track.svg")).expect("a figure");
+    assert!(figure.starts_with("<svg") && figure.contains("Turn radius"));
+
+    // A number that could not be found is null, and its check fails.
+    let (code, json) = certify(&["optiodom", "--json", "--time-step", "0.005"]);
+    assert_eq!(code, Some(1));
+    assert!(json["track_factor"].is_null());
+    let energy = json["checks"].as_array().expect("checks").iter().find(|check| check["name"] == "energy");
+    assert_eq!(energy.expect("there is one")["pass"], Value::Bool(false));
+
+    refused(folder.path(), &["certify", "none"], &["none: no such robot file", "pioneer_3at"]);
+    refused(folder.path(), &["certify", "leo", "--time-step", "0.01"], &["rate_hz is 200 Hz", "whole number of steps"]);
+    refused(folder.path(), &["certify", "leo", "--out", "certified"], &["certified: exists already"]);
+}

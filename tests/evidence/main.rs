@@ -4,6 +4,7 @@ mod allocation;
 mod analytic;
 mod architecture;
 mod calibration;
+mod certify;
 mod check;
 mod cli;
 mod dataset;
