@@ -10,7 +10,9 @@
 
 mod case;
 mod forward;
+mod gain;
 mod linear;
+mod next;
 mod noise;
 mod search;
 mod surrogate;
@@ -19,18 +21,26 @@ mod verdict;
 
 pub use case::Condition;
 pub use forward::{ForwardError, ForwardModel};
+pub use gain::Gain;
+pub use next::NextExperiment;
 pub use noise::NoiseModel;
 pub use surrogate::Library;
-pub use verdict::{Blind, Diagnosis, Finding, Found, Misfit, MisfitCondition, Ranked, Verdict};
+pub use verdict::{Blind, Diagnosis, Finding, Found, Misfit, MisfitCondition, Ranked, RunReadings, Verdict};
 
 use crate::dataset::Dataset;
 use crate::effect::Cause;
+use crate::scene::TwistPart;
 use case::{Case, Cluster};
 use linear::Problem;
 use nalgebra::DVector;
 use noise::Shapes;
 use surrogate::Surrogate;
 use variant::Variant;
+
+/// Terms of a formula.
+const MOST_TERMS: usize = 4;
+/// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
+const PLAUSIBLE_TERM: f64 = 0.01;
 
 /// What to look for, and how hard.
 #[derive(Debug, Clone, PartialEq)]
@@ -74,10 +84,14 @@ pub struct Study<'m> {
     variants: Vec<Variant>,
     surrogate: Surrogate,
     shapes: Vec<Shapes>,
+    /// What is stated or usual of the noise, and what was learnt.
+    prior_noise: NoiseModel,
     noise: NoiseModel,
     observed: Vec<DVector<f64>>,
     /// How often each run counts.
     counts: Vec<f64>,
+    /// Runs that were named to be held out.
+    held_out: Vec<bool>,
     left_out: Vec<String>,
 }
 
@@ -89,19 +103,33 @@ impl<'m> Study<'m> {
     /// No run can be used, or one cannot be simulated.
     pub fn new(
         datasets: &[Dataset],
+        hold_out: &[Dataset],
         model: &'m dyn ForwardModel,
         options: Options,
         library: Option<&Library>,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Study<'m>, DiagnoseError> {
         let scene = model.scene();
-        let (cases, left_out) = case::cases(datasets, &scene.robot.odometry);
-        if cases.is_empty() {
+        let (mut cases, mut left_out) = case::cases(datasets, &scene.robot.odometry);
+        let used = cases.len();
+        let (held, held_left_out) = case::cases(hold_out, &scene.robot.odometry);
+        cases.extend(held);
+        left_out.extend(held_left_out);
+        if used == 0 {
             return Err(DiagnoseError::NothingToUse { left_out });
         }
         let (clusters, conditions) = case::clusters(&cases, scene.robot.tyre_growth != 0.0);
         let variants = Variant::all(scene);
-        let surrogate = Surrogate::new(model, &cases, &clusters, &variants, library, progress)?;
+        let mut variants = variants;
+        let mut surrogate = Surrogate::new(model, &cases, &clusters, &variants, library, progress)?;
+        let (features, speed) = surrogate.sizes(&clusters);
+        for part in TwistPart::ALL {
+            // A hundredth of the speed, or so many radians a metre.
+            for (feature, size) in features.iter().filter(|(_, size)| *size > 1e-9) {
+                variants.push(Variant::empirical(part, *feature, PLAUSIBLE_TERM * speed / size));
+            }
+        }
+        surrogate.add_terms(&clusters, &variants);
         let shapes = linear::shapes(scene, &cases, &clusters, &surrogate);
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
         let mut survey = scene.survey;
@@ -112,7 +140,9 @@ impl<'m> Study<'m> {
         }
         let mut study = Study {
             model,
-            counts: vec![1.0; cases.len()],
+            counts: (0..cases.len()).map(|run| f64::from(u8::from(run < used))).collect(),
+            held_out: (0..cases.len()).map(|run| run >= used).collect(),
+            prior_noise: NoiseModel::prior(&survey),
             noise: options.noise.unwrap_or_else(|| NoiseModel::prior(&survey)),
             options,
             cases,
@@ -145,6 +175,14 @@ impl<'m> Study<'m> {
     /// Sizes of the noise from what repeated runs differ by.
     fn learn_noise(&mut self) {
         let problem = self.problem(self.counts.clone());
+        let clusters: Vec<Cluster> = self
+            .clusters
+            .iter()
+            .map(|cluster| {
+                let runs = cluster.runs.iter().copied().filter(|&run| self.counts[run] > 0.0).collect();
+                Cluster { runs, ..cluster.clone() }
+            })
+            .collect();
         let deviations: Vec<DVector<f64>> = {
             let mut deviations: Vec<DVector<f64>> = self.observed.clone();
             for (index, cluster) in self.clusters.iter().enumerate() {
@@ -155,7 +193,7 @@ impl<'m> Study<'m> {
             deviations
         };
         let on_the_way = self.cases.iter().any(|case| case.frame_stamp.is_some());
-        self.noise = noise::learn(self.noise, &self.clusters, &self.shapes, &deviations, on_the_way);
+        self.noise = noise::learn(self.prior_noise, &clusters, &self.shapes, &deviations, on_the_way);
     }
 
     fn problem(&self, counts: Vec<f64>) -> Problem<'_> {
@@ -178,7 +216,7 @@ impl<'m> Study<'m> {
     /// # Errors
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
-        let allowed: Vec<usize> = (0..self.variants.len()).collect();
+        let allowed = self.known_variants();
         let everyone = self.counts.clone();
         let mut ranking = search::Ranking::search(&self.problem(everyone.clone()), &allowed, self.options.most_causes);
         // The stand-in is made exact where the leading answers are, and asked again.
@@ -188,7 +226,58 @@ impl<'m> Study<'m> {
             }
             ranking = search::Ranking::search(&self.problem(everyone.clone()), &allowed, self.options.most_causes);
         }
-        Ok(verdict::judge(self, &ranking))
+        let empirical = self.empirical_ranking(&self.problem(everyone), &ranking);
+        let mut diagnosis = verdict::judge(self, &ranking, empirical.as_ref());
+        diagnosis.next_experiment = self.next_experiment(&ranking, &diagnosis)?;
+        Ok(diagnosis)
+    }
+
+    /// What the extension is worth on runs that take no part in it; `None` where nothing can be held out.
+    ///
+    /// # Errors
+    /// A run that cannot be simulated.
+    pub fn gain(&mut self) -> Result<Option<Gain>, DiagnoseError> {
+        gain::gain(self)
+    }
+
+    /// Variants of the catalogue.
+    fn known_variants(&self) -> Vec<usize> {
+        (0..self.variants.len()).filter(|&index| self.variants[index].term.is_none()).collect()
+    }
+
+    /// Formulas of the body's twist, where the known causes leave enough for one.
+    fn empirical_ranking(&self, problem: &Problem<'_>, known: &search::Ranking) -> Option<search::Ranking> {
+        let left = known.best().fit.chi2;
+        let readings: f64 =
+            self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
+        // A misfit below what noise alone makes has no room for a formula.
+        if left < readings {
+            return None;
+        }
+        let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].term.is_some()).collect();
+        Some(search::Ranking::search(problem, &terms, MOST_TERMS))
+    }
+
+    /// The protocol that separates the best answer from the next best, where both stand.
+    fn next_experiment(
+        &self,
+        ranking: &search::Ranking,
+        diagnosis: &Diagnosis,
+    ) -> Result<Option<NextExperiment>, DiagnoseError> {
+        let best = ranking.best();
+        let ids = |h: &search::Hypothesis| -> Vec<&'static str> {
+            h.set.iter().map(|&index| self.variants[index].effect.id).collect()
+        };
+        let ambiguous = diagnosis.verdict == Verdict::Ambiguous;
+        let rival =
+            ranking.hypotheses.iter().skip(1).find(|h| ids(h) != ids(best) && (!ambiguous || !h.set.is_empty()));
+        let Some(rival) = rival.filter(|_| ambiguous) else { return Ok(None) };
+        let name = |h: &search::Hypothesis| {
+            let names: Vec<String> = h.set.iter().map(|&index| self.variants[index].label()).collect();
+            if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") }
+        };
+        let causes = |h: &search::Hypothesis| causes_of(&self.variants, &h.fit.at);
+        next::next(self, (&name(best), &causes(best)), (&name(rival), &causes(rival)))
     }
 
     /// Simulates the leading answers where they are best; whether anything was simulated.
@@ -225,8 +314,7 @@ impl<'m> Study<'m> {
 
     /// ln evidence of nothing, and of every single effect at its best.
     pub fn single_evidences(&self) -> (f64, Vec<(&'static str, f64)>) {
-        let allowed: Vec<usize> = (0..self.variants.len()).collect();
-        let ranking = search::Ranking::search(&self.problem(self.counts.clone()), &allowed, 1);
+        let ranking = search::Ranking::search(&self.problem(self.counts.clone()), &self.known_variants(), 1);
         let mut of_effect: Vec<(&'static str, f64)> = Vec::new();
         for hypothesis in ranking.hypotheses.iter().filter(|h| h.set.len() == 1) {
             let id = self.variants[*hypothesis.set.first().expect("one")].effect.id;

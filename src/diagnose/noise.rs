@@ -200,7 +200,7 @@ pub(super) fn learn(
     deviations: &[DVector<f64>],
     on_the_way: bool,
 ) -> NoiseModel {
-    let repeated: usize = clusters.iter().map(|cluster| cluster.runs.len() - 1).sum();
+    let repeated: usize = clusters.iter().map(|cluster| cluster.runs.len().saturating_sub(1)).sum();
     if repeated < 2 {
         return prior;
     }

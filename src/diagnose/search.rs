@@ -42,13 +42,21 @@ pub(super) fn axes_of(variants: &[Variant], set: &Set) -> Vec<Axis> {
         .collect()
 }
 
+/// Chance beforehand that what is wrong is not in the catalogue.
+const UNKNOWN: f64 = 0.03;
+
 /// ln of the prior of a set: causes are alike likely, and so are the wheels or sides of one.
 pub(super) fn log_prior(variants: &[Variant], set: &Set) -> f64 {
     if set.is_empty() {
         return NOTHING.ln();
     }
+    if set.iter().all(|&index| variants[index].term.is_some()) {
+        // Each further term of a formula is as likely as any other.
+        let terms = variants.iter().filter(|variant| variant.term.is_some()).count() as f64;
+        return UNKNOWN.ln() - set.len() as f64 * terms.ln();
+    }
     let mut of_effect: BTreeMap<&str, usize> = BTreeMap::new();
-    for variant in variants {
+    for variant in variants.iter().filter(|variant| variant.term.is_none()) {
         *of_effect.entry(variant.effect.id).or_default() += 1;
     }
     let effects = of_effect.len() as f64;

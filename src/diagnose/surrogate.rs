@@ -8,7 +8,7 @@ use super::case::{Case, Cluster, Condition};
 use super::forward::{ForwardError, ForwardModel};
 use super::variant::{Axis, Variant};
 use crate::geometry::{Pose2, Trace};
-use crate::scene::{EmpiricalTerm, Motion, Scene, Survey};
+use crate::scene::{EmpiricalTerm, Feature, Motion, Scene, Survey, TwistPart};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -158,7 +158,7 @@ impl Surrogate {
         let mut ways: Vec<Option<Way>> = vec![None; cases.len()];
         for ((cluster, run), trace) in &traces {
             let reference = &cases[clusters[*cluster].reference];
-            let count = steps_of(if reference.replayed { reference.duration() } else { lasts(trace) });
+            let count = count_of(if reference.replayed { reference.duration() } else { lasts(trace) });
             let way = Way::of(trace, count, reference.replayed, cases[*run].hours);
             if reference.replayed {
                 ways[*run] = Some(way.clone());
@@ -229,6 +229,37 @@ impl Surrogate {
         let trace = model.trace(&scene, &run, &case.counted)?;
         let edited = Way::of(&trace, way.steps.len(), case.replayed, 0.0);
         Ok(edited.steps.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect())
+    }
+
+    /// Adds what terms of the body's twist do: exactly their formula, along the way of each cluster's reference.
+    pub fn add_terms(&mut self, clusters: &[Cluster], variants: &[Variant]) {
+        for (index, variant) in variants.iter().enumerate() {
+            let Some(term) = &variant.term else { continue };
+            let axis = Axis { variant: index, coordinate: 0 };
+            for (responses, cluster) in self.responses.iter_mut().zip(clusters) {
+                let change = self.ways[cluster.reference].empirical(term);
+                responses.of_axis.insert(axis, Response::new(vec![(1.0, change)]));
+            }
+        }
+    }
+
+    /// Root mean squares over all ways of each feature, and of the forward speed.
+    pub fn sizes(&self, clusters: &[Cluster]) -> (Vec<(Feature, f64)>, f64) {
+        let mean_square = |part: TwistPart, feature: Feature| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for cluster in clusters {
+                let way = &self.ways[cluster.reference];
+                let dt = way.lasts / way.steps.len() as f64;
+                let c = TwistPart::ALL.iter().position(|it| *it == part).expect("one of them");
+                for step in way.empirical(&EmpiricalTerm { part, feature, coefficient: 1.0 }) {
+                    sum += (step[c] / dt).powi(2);
+                    count += 1.0;
+                }
+            }
+            (sum / f64::max(count, 1.0)).sqrt()
+        };
+        let features = Feature::ALL.map(|feature| (feature, mean_square(TwistPart::Forward, feature)));
+        (features.to_vec(), mean_square(TwistPart::Forward, Feature::Speed))
     }
 
     /// Makes the stand-in exact at one value of one axis, in every cluster.
@@ -377,7 +408,7 @@ fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
     variants
         .iter()
         .enumerate()
-        .filter(|(_, variant)| !variant.effect.is_survey())
+        .filter(|(_, variant)| !variant.effect.is_survey() && variant.term.is_none())
         // Logged stamps are not late: a replay does not depend on when the controller got its counts.
         .filter(|(_, variant)| !(all_replayed && variant.effect.id == "encoder_latency"))
         .flat_map(|(index, variant)| {
@@ -394,6 +425,7 @@ pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effec
             of_variant.entry(axis.variant).or_insert_with(|| vec![0.0; variants[axis.variant].coordinates.len()]);
         values[axis.coordinate] = *value;
     }
+    of_variant.retain(|variant, _| variants[*variant].term.is_none());
     of_variant.into_iter().map(|(variant, values)| variants[variant].cause(&values)).collect()
 }
 
@@ -431,14 +463,20 @@ fn lasts(trace: &Trace) -> f64 {
     trace.time[trace.time.len() - 1] - trace.time[0]
 }
 
-fn steps_of(duration: f64) -> usize {
+/// Steps that a way of this duration \[s\] is cut into.
+fn count_of(duration: f64) -> usize {
     ((duration / STEP).ceil() as usize).max(4)
+}
+
+/// Steps that the way of a trace is cut into.
+pub(super) fn steps_of(trace: &Trace) -> usize {
+    count_of(lasts(trace))
 }
 
 impl Way {
     /// A trace cut into `count` steps: of equal time for a replay, whose times are the log's; else of equal progress, so
     /// that a robot that stands longer somewhere is still compared where it is.
-    fn of(trace: &Trace, count: usize, replayed: bool, hours: f64) -> Way {
+    pub fn of(trace: &Trace, count: usize, replayed: bool, hours: f64) -> Way {
         let (began, lasts) = (trace.time[0], lasts(trace));
         let poses: Vec<Pose2> = if replayed {
             (0..=count).map(|k| trace.at(began + lasts * k as f64 / count as f64)).collect()

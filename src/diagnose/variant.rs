@@ -1,7 +1,7 @@
 //! The candidates: effects as coordinates that a search can move along.
 
-use crate::effect::{Cause, EFFECTS, Effect, Prior};
-use crate::scene::Scene;
+use crate::effect::{Cause, EFFECTS, Effect, NO_CAUSE, Prior};
+use crate::scene::{EmpiricalTerm, Feature, Scene, TwistPart};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// An effect with its choice made; what is left are coordinates.
@@ -10,6 +10,8 @@ pub(super) struct Variant {
     pub effect: &'static Effect,
     /// Wheel or side; empty where nothing is to be chosen.
     pub choice: String,
+    /// A term of the body's twist in place of a cause, for a coefficient of 1.
+    pub term: Option<EmpiricalTerm>,
     /// Parameters that are held: a place on the floor.
     pub held: Vec<(usize, f64)>,
     pub coordinates: Vec<Coordinate>,
@@ -65,13 +67,24 @@ impl Variant {
                 Prior::OnPath | Prior::Known(_) => {}
             }
         }
-        Variant { effect, choice, held, coordinates }
+        Variant { effect, choice, term: None, held, coordinates }
     }
 
     /// A spot on the floor at a place in the room \[m\].
     pub fn spot(x: f64, y: f64) -> Variant {
         let effect = Effect::named("floor_grip_patch").expect("it is in the catalogue");
         Variant { held: vec![(0, x), (1, y)], ..Variant::new(effect, String::new()) }
+    }
+
+    /// A term of the body's twist without a cause; `std_dev` is what is plausible of its coefficient.
+    pub fn empirical(part: TwistPart, feature: Feature, std_dev: f64) -> Variant {
+        Variant {
+            effect: &NO_CAUSE,
+            choice: String::new(),
+            term: Some(EmpiricalTerm { part, feature, coefficient: 1.0 }),
+            held: Vec::new(),
+            coordinates: vec![Coordinate { mean: 0.0, std_dev, one_sided: false, hourly: false }],
+        }
     }
 
     /// The cause at these coordinates.
@@ -128,6 +141,9 @@ impl Variant {
 
     /// A name for tables: the effect, and the choice.
     pub fn label(&self) -> String {
+        if let Some(term) = &self.term {
+            return format!("{} ∝ {}", term.part.symbol(), term.feature.symbol());
+        }
         if self.choice.is_empty() { self.effect.id.to_owned() } else { format!("{} ({})", self.effect.id, self.choice) }
     }
 }

@@ -1,10 +1,13 @@
 //! From a ranking to an answer: what is named, what cannot be told from it, what these data could not show.
 
 use super::Study;
-use super::noise::NoiseModel;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::variant::Variant;
+use super::{NextExperiment, noise::NoiseModel};
+use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
+use crate::geometry::Pose2;
+use crate::scene::EmpiricalTerm;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// What a diagnosis says.
@@ -39,8 +42,33 @@ pub struct Diagnosis {
     pub noise: NoiseModel,
     /// The causes of the best answer, as an extended model holds them.
     pub causes: Vec<Cause>,
+    /// Terms of the body's twist where no known effect serves.
+    pub empirical: Vec<EmpiricalTerm>,
+    /// What to drive next, where two answers stand.
+    pub next_experiment: Option<NextExperiment>,
+    /// Readings of every run, and what the models predict of them.
+    pub runs: Vec<RunReadings>,
     /// Runs that were not used, and why.
     pub left_out: Vec<String>,
+}
+
+/// What was read of a run, and what is predicted.
+#[derive(Debug, Clone)]
+pub struct RunReadings {
+    /// Campaign and run.
+    pub name: String,
+    /// Its condition in words.
+    pub condition: String,
+    /// Whether it was named to be held out.
+    pub held_out: bool,
+    /// Stamps by the survey's clock \[s\]; `None`: the end of the run.
+    pub stamps: Vec<Option<f64>>,
+    /// Surveyed, in the frame of the surveyed start.
+    pub measured: Vec<SurveyedPose>,
+    /// By the model as given.
+    pub before: Vec<Pose2>,
+    /// By the extended model.
+    pub after: Vec<Pose2>,
 }
 
 /// Where and how much a model is wrong.
@@ -132,18 +160,31 @@ const CONVINCING: f64 = 2.0;
 /// Effects that the class `effective_track` stands for.
 const TRACK_CLASS: [&str; 3] = ["effective_track", "tyre_grip_anisotropy", "load_offset_longitudinal"];
 
-pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
+/// The answer: the best known one of which no part could as well be left out, or a formula where none serves; and whether
+/// it is a formula.
+pub(super) fn chosen<'a>(known: &'a Ranking, empirical: Option<&'a Ranking>) -> (&'a Hypothesis, bool) {
+    let best = convincing(known);
+    let formula = empirical.map(Ranking::best).filter(|h| !h.set.is_empty());
+    match formula.filter(|formula| formula.log_posterior > known.best().log_posterior + REAL) {
+        Some(formula) => (formula, true),
+        None => (best, false),
+    }
+}
+
+pub(super) fn judge(study: &Study<'_>, ranking: &Ranking, empirical: Option<&Ranking>) -> Diagnosis {
     let variants = &study.variants;
-    let best = convincing(ranking);
+    let (best, unexplained) = chosen(ranking, empirical);
     let misfit = misfit(study);
     let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
     let probability = |h: &Hypothesis| (h.log_posterior - total).exp();
 
     let mut findings = Vec::new();
-    for &index in &best.set {
+    for &index in best.set.iter().filter(|_| !unexplained) {
         findings.push(finding(study, ranking, best, index, total));
     }
-    let verdict = if findings.is_empty() {
+    let verdict = if unexplained {
+        Verdict::Unexplained
+    } else if findings.is_empty() {
         Verdict::Explained
     } else if findings.iter().all(|finding| finding.confounded_with.is_empty()) {
         Verdict::Named
@@ -151,7 +192,8 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
         Verdict::Ambiguous
     };
     let ids: Vec<&'static str> = {
-        let mut ids: Vec<_> = variants.iter().map(|variant| variant.effect.id).collect();
+        let mut ids: Vec<_> =
+            variants.iter().filter(|variant| variant.term.is_none()).map(|variant| variant.effect.id).collect();
         ids.dedup();
         ids
     };
@@ -179,6 +221,9 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
         blind_to: blind(study),
         noise: study.noise,
         causes: super::causes_of(variants, &best.fit.at),
+        empirical: if unexplained { terms_of(variants, best) } else { Vec::new() },
+        next_experiment: None,
+        runs: run_readings(study, &best.fit.at),
         left_out: study.left_out.clone(),
     }
 }
@@ -304,14 +349,53 @@ fn misfit(study: &Study<'_>) -> Misfit {
     Misfit { chi2, dof, p_value, conditions }
 }
 
+/// The terms of a formula.
+fn terms_of(variants: &[Variant], best: &Hypothesis) -> Vec<EmpiricalTerm> {
+    let terms = best.fit.at.iter().filter_map(|(axis, value)| {
+        variants[axis.variant].term.map(|term| EmpiricalTerm { coefficient: *value, ..term })
+    });
+    terms.collect()
+}
+
+/// Readings of every run beside those predicted as given and under `at`.
+fn run_readings(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> Vec<RunReadings> {
+    let scene = study.model.scene();
+    let read = |cluster: usize, run: usize, at: &[(super::variant::Axis, f64)]| {
+        let survey = study.surrogate.survey_of(scene, at, &study.variants);
+        let path = study.surrogate.path(cluster, run, at, &study.variants);
+        study.surrogate.readings(&study.cases[run], &study.surrogate.ways[run], &path, &survey)
+    };
+    let mut runs: Vec<(usize, RunReadings)> = Vec::new();
+    for (index, cluster) in study.clusters.iter().enumerate() {
+        for &run in &cluster.runs {
+            let case = &study.cases[run];
+            let measured = case.readings.iter().map(|r| SurveyedPose { x: r.x, y: r.y, heading: r.heading }).collect();
+            runs.push((
+                run,
+                RunReadings {
+                    name: case.name.clone(),
+                    condition: study.conditions[cluster.condition].label(),
+                    held_out: study.held_out[run],
+                    stamps: case.readings.iter().map(|reading| reading.stamp).collect(),
+                    measured,
+                    before: read(index, run, &[]),
+                    after: read(index, run, at),
+                },
+            ));
+        }
+    }
+    runs.sort_by_key(|(run, _)| *run);
+    runs.into_iter().map(|(_, readings)| readings).collect()
+}
+
 /// The smallest size of each parameter that these data could have shown.
 pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
     let problem = study.problem(study.counts.clone());
-    let all: Set = (0..study.variants.len()).collect();
+    let all: Set = study.known_variants().into_iter().collect();
     let axes = axes_of(&study.variants, &all);
     let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
     let mut list = Vec::new();
-    for (index, variant) in study.variants.iter().enumerate() {
+    for (index, variant) in study.variants.iter().enumerate().filter(|(_, variant)| variant.term.is_none()) {
         let own: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].variant == index).collect();
         let information: Vec<f64> = own.iter().map(|&k| gram[(k, k)]).collect();
         let smallest = |value: f64| if value > 1e-12 { SHOWN / value.sqrt() } else { f64::INFINITY };

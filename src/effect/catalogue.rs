@@ -325,6 +325,19 @@ pub static EFFECTS: [Effect; 21] = [
     },
 ];
 
+/// What stands in the place of a cause where none is known: an empirical term. It is not in the catalogue.
+pub static NO_CAUSE: Effect = Effect {
+    id: "empirical",
+    family: Family::Class,
+    cause: "no known cause: a formula of the body's twist",
+    shown_by: "whatever the known causes leave",
+    source: "Brunton, Proctor & Kutz 2016, PNAS 113(15), for sparse terms",
+    parameters: &[],
+    choice: None,
+    applies: always,
+    edit: |_, _, _| {},
+};
+
 fn always(_: &Scene) -> bool {
     true
 }

@@ -8,7 +8,7 @@ mod catalogue;
 mod error;
 mod model;
 
-pub use catalogue::EFFECTS;
+pub use catalogue::{EFFECTS, NO_CAUSE};
 pub use error::EffectError;
 pub use model::{ExtendedModel, load_scene};
 

@@ -120,7 +120,7 @@ fn library(simulator: &Simulator<'_>, kind: CampaignKind, data: DataKind) -> Res
     use crate::diagnose::ForwardModel;
     let scene = surveyed(simulator.scene());
     let (dataset, _) = noise_free(&scene, &scene, kind, data, simulator.stop())?;
-    let study = Study::new(&[dataset], simulator, Options::default(), None, &|_, _| {})?;
+    let study = Study::new(&[dataset], &[], simulator, Options::default(), None, &|_, _| {})?;
     Ok(study.library())
 }
 
@@ -175,14 +175,14 @@ fn one(
         None => None,
         Some(clean) => {
             let mut study =
-                Study::new(std::slice::from_ref(clean), simulator, Options::default(), Some(library), &|_, _| {})?;
+                Study::new(std::slice::from_ref(clean), &[], simulator, Options::default(), Some(library), &|_, _| {})?;
             let found = study.diagnose()?;
             Some(Simulator::new(&Cause::edit_all(&found.causes, base), stop))
         }
     };
     let model = extended.as_ref().unwrap_or(simulator);
     let mut study =
-        Study::new(std::slice::from_ref(&draw.dataset), model, Options::default(), Some(library), &|_, _| {})?;
+        Study::new(std::slice::from_ref(&draw.dataset), &[], model, Options::default(), Some(library), &|_, _| {})?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
     drop(study);
@@ -199,7 +199,7 @@ fn one(
     let options = Options { noise: Some(known), response_error: [0.0; 2], ..Options::default() };
     let truth_simulator = Simulator::new(&draw.clean, stop);
     let truth_model = if challenge.mismatch { &truth_simulator } else { simulator };
-    let oracle = Study::new(&[dataset], truth_model, options, Some(library), &|_, _| {})?.repeated(&counts);
+    let oracle = Study::new(&[dataset], &[], truth_model, options, Some(library), &|_, _| {})?.repeated(&counts);
     Ok(judge(&challenge, &draw, &diagnosis, &oracle, seconds))
 }
 

@@ -1,0 +1,176 @@
+//! What an extension is worth: errors before and after on runs that took no part in the choice or the fit.
+
+use super::case::Condition;
+use super::search::Ranking;
+use super::verdict::chosen;
+use super::{DiagnoseError, Study};
+use crate::dataset::Protocol;
+use rand_chacha::ChaCha8Rng;
+use rand_chacha::rand_core::{Rng, SeedableRng};
+use std::collections::BTreeMap;
+
+/// Errors of end poses before and after, on held-out runs.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gain {
+    /// RMS distance of surveyed and predicted ends by the model as given \[m\].
+    pub position_before: f64,
+    /// The same by what was found without these runs \[m\].
+    pub position_after: f64,
+    /// RMS heading error by the model as given \[rad\]; NaN where no heading was read.
+    pub heading_before: f64,
+    /// The same by what was found without these runs \[rad\].
+    pub heading_after: f64,
+    /// 95 % interval of 1 − after/before in position.
+    pub interval: [f64; 2],
+    /// What survey noise and scatter leave of any model \[m\].
+    pub noise_floor: f64,
+    /// What was held out, in words.
+    pub held_out: String,
+}
+
+impl Gain {
+    /// 1 − after/before in position, as far as its interval keeps it above zero.
+    pub fn sure(&self) -> f64 {
+        if self.interval[0] > 0.0 { 1.0 - self.position_after / self.position_before } else { 0.0 }
+    }
+}
+
+/// Squared errors of one held-out run.
+struct Errors {
+    position: [f64; 2],
+    heading: Option<[f64; 2]>,
+    floor: f64,
+}
+
+/// Splits of the runs, each a set to hold out, and what they are called: by size of the square, else by direction, else by
+/// protocol, else every fourth run.
+fn folds(study: &Study<'_>) -> (Vec<Vec<usize>>, String) {
+    let by = |key: &dyn Fn(&Condition) -> Option<String>| -> Vec<Vec<usize>> {
+        let mut groups: BTreeMap<String, Vec<usize>> = BTreeMap::new();
+        for cluster in &study.clusters {
+            let Some(key) = key(&study.conditions[cluster.condition]) else { return Vec::new() };
+            groups.entry(key).or_default().extend(cluster.runs.iter().filter(|&&run| study.counts[run] > 0.0));
+        }
+        groups.into_values().filter(|runs| !runs.is_empty()).collect()
+    };
+    let size = |condition: &Condition| match condition.protocol {
+        Protocol::Square { side, .. } => Some(format!("square {side}")),
+        Protocol::Circle { radius, .. } => Some(format!("circle {radius}")),
+        Protocol::Straight { length, .. } => Some(format!("straight {length}")),
+        Protocol::Spin { .. } => Some("spin".to_owned()),
+        Protocol::Path => None,
+    };
+    let direction = |condition: &Condition| condition.protocol.direction().map(str::to_owned);
+    let sizes = by(&size);
+    if sizes.len() > 1 {
+        return (sizes, "each shape and size predicted from the others".to_owned());
+    }
+    let directions = by(&direction);
+    if directions.len() > 1 {
+        return (directions, "each direction predicted from the other".to_owned());
+    }
+    let runs: Vec<usize> = (0..study.cases.len()).filter(|&run| study.counts[run] > 0.0).collect();
+    let parts = runs.len().min(4);
+    let folds = (0..parts).map(|part| runs.iter().copied().skip(part).step_by(parts).collect()).collect();
+    (if parts > 1 { folds } else { Vec::new() }, "each quarter of the runs predicted from the rest".to_owned())
+}
+
+/// Held-out errors; `None` where nothing can be held out.
+pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError> {
+    let everyone = study.counts.clone();
+    let noise = study.noise;
+    let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
+    let (folds, words) = if named.is_empty() {
+        folds(study)
+    } else {
+        (vec![named], "the runs that were named to be held out".to_owned())
+    };
+    let mut errors = Vec::new();
+    for fold in &folds {
+        study.counts = everyone.clone();
+        for &run in fold {
+            study.counts[run] = 0.0;
+        }
+        if study.counts.iter().all(|count| *count == 0.0) {
+            continue;
+        }
+        if study.options.noise.is_none() {
+            study.learn_noise();
+        }
+        let at = {
+            let problem = study.problem(study.counts.clone());
+            let known = Ranking::search(&problem, &study.known_variants(), study.options.most_causes);
+            let empirical = study.empirical_ranking(&problem, &known);
+            chosen(&known, empirical.as_ref()).0.fit.at.clone()
+        };
+        let problem = study.problem(everyone.clone());
+        for (index, cluster) in study.clusters.iter().enumerate() {
+            for &run in cluster.runs.iter().filter(|run| fold.contains(run)) {
+                errors.push(end_errors(study, &problem, index, run, &at));
+            }
+        }
+    }
+    study.counts = everyone;
+    study.noise = noise;
+    if errors.is_empty() {
+        return Ok(None);
+    }
+    let root = |values: &mut dyn Iterator<Item = f64>| {
+        let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
+        if count > 0.0 { (sum / count).sqrt() } else { f64::NAN }
+    };
+    let position = |part: usize| root(&mut errors.iter().map(|e| e.position[part]));
+    let heading = |part: usize| root(&mut errors.iter().filter_map(|e| e.heading.map(|h| h[part])));
+    Ok(Some(Gain {
+        position_before: position(0),
+        position_after: position(1),
+        heading_before: heading(0),
+        heading_after: heading(1),
+        interval: interval(&errors),
+        noise_floor: root(&mut errors.iter().map(|e| e.floor)),
+        held_out: words,
+    }))
+}
+
+fn end_errors(
+    study: &Study<'_>,
+    problem: &super::linear::Problem<'_>,
+    cluster: usize,
+    run: usize,
+    at: &[(super::variant::Axis, f64)],
+) -> Errors {
+    let observed = &study.observed[run];
+    let parts = if study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some()) { 3 } else { 2 };
+    let first = observed.len() - parts;
+    let off = |at: &[(super::variant::Axis, f64)]| {
+        let off = observed - problem.predict(cluster, run, at);
+        off.rows(first, parts).into_owned()
+    };
+    let (before, after) = (off(&[]), off(at));
+    let square = |v: &nalgebra::DVector<f64>| v[0] * v[0] + v[1] * v[1];
+    let covariance = study.shapes[cluster].covariance(&study.noise);
+    Errors {
+        position: [square(&before), square(&after)],
+        heading: (parts == 3).then(|| [before[2] * before[2], after[2] * after[2]]),
+        floor: covariance[(first, first)] + covariance[(first + 1, first + 1)],
+    }
+}
+
+/// 95 % interval of 1 − after/before by resampling the runs; the same every time.
+fn interval(errors: &[Errors]) -> [f64; 2] {
+    const RESAMPLES: usize = 2000;
+    let mut rng = ChaCha8Rng::seed_from_u64(0);
+    let mut gains: Vec<f64> = (0..RESAMPLES)
+        .map(|_| {
+            let (mut before, mut after) = (0.0, 0.0);
+            for _ in 0..errors.len() {
+                let picked = &errors[(rng.next_u64() % errors.len() as u64) as usize];
+                before += picked.position[0];
+                after += picked.position[1];
+            }
+            if before > 0.0 { 1.0 - (after / before).sqrt() } else { 0.0 }
+        })
+        .collect();
+    gains.sort_by(f64::total_cmp);
+    [gains[RESAMPLES / 40], gains[RESAMPLES - 1 - RESAMPLES / 40]]
+}
