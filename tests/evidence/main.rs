@@ -7,6 +7,7 @@ mod calibration;
 mod check;
 mod cli;
 mod dataset;
+mod effects;
 mod ground;
 mod literature;
 mod property;
