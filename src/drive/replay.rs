@@ -144,7 +144,7 @@ impl Rotation {
                 // Coasting is the last thing that happens before the wheels go on.
                 let [coast, stand] = COASTING;
                 let began = (self.time[until] - coast - stand).max(self.time[row]);
-                let lasts = (self.time[until] - began).clamp(self.time[until] - self.time[row], coast).max(1e-3);
+                let lasts = (self.time[until] - began).min(coast).max(1e-3);
                 for next in row..rows {
                     let part = ((self.time[next] - began) / lasts).clamp(0.0, 1.0);
                     let part = if next > until { 1.0 } else { part };

@@ -13,8 +13,9 @@ use treadmark::dataset::{Protocol, Rotation, Travel};
 use treadmark::drive::{self, Observer, SimulatedRun, Snapshot, Task};
 use treadmark::effect::{Cause, EFFECTS, Effect, EffectError, ExtendedModel, Prior, load_scene};
 use treadmark::geometry::Pose2;
+use treadmark::odometry::{DeadReckoning, OdometryParameters};
 use treadmark::scene::{GRAVITY, Scene, Side, Tyre};
-use treadmark::world::{WheelSnapshot, World};
+use treadmark::world::{Patch, PatchMotion, Play, WheelSnapshot, World};
 
 /// The physical test of each effect.
 const TESTS: [(&str, fn()); 21] = [
@@ -64,12 +65,12 @@ fn with(scene: &Scene, id: &str, values: &[f64], choice: &str) -> Scene {
     cause.edit(scene)
 }
 
-/// Tyres of nearly no patch (width 2 mm, length 5 mm), for which Coulomb friction at four points is exact to 0.1 %.
+/// Tyres of nearly no patch, 2 mm wide and 11 mm long: Coulomb friction at four points is exact to (w² + (2a)²)/3b², 0.03 %.
 fn hard_and_narrow(mut scene: Scene) -> Scene {
     for wheel in &mut scene.robot.wheels {
         wheel.tyre.width = 0.002;
-        wheel.tyre.vertical_stiffness = 2e6;
-        wheel.tyre.vertical_damping = 2e3;
+        wheel.tyre.vertical_stiffness = 4e5;
+        wheel.tyre.vertical_damping = 1e3;
     }
     Scene { time_step: 0.5e-3, ..scene }
 }
@@ -291,8 +292,13 @@ fn axle_diameter_mismatch() {
         let radius = wheel.tyre.rolling_radius(wheel.tyre.squash(found.load[index]));
         let slip = 1.0 - found.forward / (found.speed[index] * radius);
         assert_eq!(slip > 0.0, rear, "{}: the larger tyre runs ahead of the floor", wheel.name);
-        // 8 cells along: the brush's force within 5 % at a slip of 1 %.
-        close(found.along[index], brush(&wheel.tyre, found.load[index], slip), 0.05, &wheel.name);
+        // Eight cells see less of the sliding at the trailing edge than a continuum: between the brush and its tangent.
+        let force = found.along[index].abs();
+        let tangent = wheel.tyre.slip_stiffness * found.load[index] * slip.abs();
+        let least = brush(&wheel.tyre, found.load[index], slip).abs();
+        eprintln!("{least} < {force} < {tangent}");
+        assert!(0.995 * least < force && force < 1.005 * tangent, "{}: {least} < {force} < {tangent}", wheel.name);
+        assert!(found.along[index] * slip > 0.0);
         close(slip, 0.5 * ratio * if rear { 1.0 } else { -1.0 }, 0.03, "slip is half the mismatch");
     }
     within(found.along.iter().sum::<f64>(), 0.0, 0.02 * found.along[3], "nothing resists");
@@ -339,6 +345,26 @@ fn tyre_grip_anisotropy() {
     assert!(one.distance(other) < tick(&soft).0 && (one.heading - other.heading).abs() < tick(&soft).1);
 }
 
+/// A patch that slides all over an ellipse of friction pulls with (μ_x² s_x, μ_y² s_y)N/√(μ_x² s_x² + μ_y² s_y²) against the slip:
+/// the force of the ellipse that takes the most power out of it.
+#[test]
+fn sliding_on_an_ellipse_dissipates_the_most() {
+    let tyre = crate::rig::tyre(0.8, 0.5);
+    let load = 60.0;
+    for angle in [0.0f64, 0.3, 0.7, 1.5, 2.0, -1.2] {
+        let mut patch = Patch::default();
+        let (x, y) = (0.5 * angle.cos(), 0.5 * angle.sin());
+        let motion = PatchMotion { slip_along: x, slip_across: y, spin: 0.0, rolling: 0.0 };
+        let mut force = Default::default();
+        for _ in 0..200 {
+            force = patch.advance(&tyre, load, tyre.squash(load), 1.0, &motion, 1e-3);
+        }
+        let power = (0.8 * x).hypot(0.5 * y);
+        assert!((force.along + 0.64 * x / power * load).abs() < 1e-6 * load, "{angle}: {force:?}");
+        assert!((force.across + 0.25 * y / power * load).abs() < 1e-6 * load, "{angle}: {force:?}");
+    }
+}
+
 /// One wheel of four toed in by τ, all rolling alike, patches linear at equal loads: side forces balance at a crab angle
 /// of τ/4, and yaw moments at a curvature of τ x/(l² + b²), x how far ahead the wheel is. The brush at a slip angle of
 /// 4 mrad is 2.5 % softer than its tangent; 3 %.
@@ -382,9 +408,9 @@ fn load_offset_longitudinal() {
         let scene = with(&plain, "load_offset_longitudinal", &[x], "");
         let still = means(&mut settled(&scene), 0.5);
         let front = 0.5 + x / l;
-        // The engine's hinges leave loads within 0.1 % of each other.
-        close((still.load[0] + still.load[1]) / weight, front, 2e-3, "front axle's load");
-        within(still.load[0] / still.load[1], 1.0, 2e-3, "left and right alike");
+        close((still.load[0] + still.load[1]) / weight, front, 1e-3, "front axle's load");
+        // How two hard tyres share it is a matter of a micrometre in the engine's hinges.
+        within(still.load[0] / still.load[1], 1.0, 0.01, "left and right alike");
         let (factor, centre) = coulomb_spin(b, l, front, 1.0 - front);
         let mut world = steady(&scene, -2.5, 2.5);
         let found = means(&mut world, 4.0);
@@ -448,7 +474,9 @@ fn caster_drag() {
     let free = means(&mut steady(&plain, 2.4, 2.4), 4.0);
     within(free.along.iter().sum::<f64>(), 0.0, 0.01 * pull, "no drag, no pull");
     let creep = 1.0 - (found.forward / found.speed[0]) / (free.forward / free.speed[0]);
-    close(creep, slip, 0.03, "creep");
+    // Eight cells see less of the sliding at the trailing edge than a continuum: between the brush and its tangent.
+    let tangent = 0.5 * pull / (tyre.slip_stiffness * found.load[0]);
+    assert!(0.99 * tangent < creep && creep < 1.01 * slip, "{tangent:.3e} < {creep:.3e} < {slip:.3e}");
     let turn = |scene: &Scene| run(scene, spin(4.0 * PI)).true_error().heading;
     assert!(turn(&scene) < turn(&plain) - 5.0 * tick(&plain).1, "it turns less than it believes");
 }
@@ -576,32 +604,43 @@ fn encoder_count_loss() {
     within(right.heading, -lossy.actual.heading, 2.0 * tick(&plain).1, "mirrored");
 }
 
+/// The driver steers by what was true a while ago, and overshoots by more the later it gets it: believed heading and way go
+/// beyond the plan. The speed loops sit at the encoders and stay calm. Log stamps are not late: a row has what the wheels had
+/// turned at its time, and a replay does not know of the latency.
 #[test]
 fn encoder_latency() {
     for robot in ["jnpf_4wd", "optiodom", "husky_a200"] {
         let plain = bench(robot);
-        for delay in [0.0, 0.01, 0.02, 0.05, 0.1, 0.15, 0.2, 0.3, 0.5] {
+        let overshoot = |delay: f64| {
             let scene = with(&plain, "encoder_latency", &[delay], "");
-            let most = |protocol, of: fn(Pose2) -> f64| {
+            let beyond = |protocol: Protocol, of: fn(Pose2) -> f64| {
                 let (run, watch) = watched(&scene, protocol);
-                let log = run.measured.encoders.as_ref().expect("log");
-                let mut dr = treadmark::odometry::DeadReckoning::new(scene.robot.odometry);
-                let mut m = f64::MIN;
+                let log = run.measured.encoders.as_ref().expect("it is logged");
+                let tick_angle = plain.robot.odometry.angle_of_ticks(1.0);
                 for row in 0..log.len() {
-                    let [a, b] = log.sides(row, &scene.robot.odometry);
-                    m = m.max(of(dr.update(a, b)));
+                    assert!(watch.excess(&scene, &run, row, 0).abs() < 1.01 * tick_angle, "the log is not late");
                 }
-                (m, of(run.odometry), of(run.actual), log.time[log.len()-1], watch.truth.len())
+                let mut reckoning = DeadReckoning::new(scene.robot.odometry);
+                let believed = (0..log.len()).map(|row| {
+                    let [left, right] = log.sides(row, &scene.robot.odometry);
+                    of(reckoning.update(left, right))
+                });
+                let most = believed.fold(f64::NEG_INFINITY, f64::max);
+                eprintln!("{robot} {delay}: {most:.5} end {:.5} true error {:?}", of(run.odometry), run.true_error());
+                most
             };
-            eprintln!("{robot} {delay}: turn {:?} straight {:?}", most(spin(FRAC_PI_2), |p| p.heading - FRAC_PI_2), most(straight(1.0), |p| p.x - 1.0));
+            [beyond(spin(FRAC_PI_2), |pose| pose.heading - FRAC_PI_2), beyond(straight(1.0), |pose| pose.x - 1.0)]
+        };
+        let by_delay: Vec<[f64; 2]> = [0.0, 0.05, 0.1, 0.15].into_par_iter().map(overshoot).collect();
+        for pair in by_delay.windows(2) {
+            assert!(pair[1][0] > pair[0][0] && pair[1][1] > pair[0][1], "{robot}: {by_delay:?}");
         }
     }
 }
 
-/// Play B: while the wheels go forward for the first time their encoders gain B/2 on them (they start in the middle of it),
-/// whatever the way; every reversal moves the encoder by B more than the wheel. At the end of a counter-clockwise spin or
-/// square the left encoders are B/2 behind, the right ones B/2 ahead: the robot has turned by B R_e/b_eff less than it
-/// believes, however many corners there were, since going forward again takes the play up the other way.
+/// Play B: in steady motion forward the encoder is B/2 ahead of the wheel (it starts in the middle of the play), backward
+/// B/2 behind, so that each reversal shows B which no wheel has turned. What it shows at the end of a run is what the robot
+/// believes too much: nothing else changes.
 #[test]
 fn gear_backlash() {
     let plain = bench("jnpf_4wd");
@@ -609,36 +648,49 @@ fn gear_backlash() {
     let scene = with(&plain, "gear_backlash", &[play], "");
     let tick_angle = plain.robot.odometry.angle_of_ticks(1.0);
     let b_eff = track_factor_in_spin(&plain, 2.5) * plain.robot.track_width();
-    let lost = play * rolling_radius(&plain) / b_eff;
-    for (protocol, left, turns) in
-        [(straight(1.0), 0.5, 0.0), (straight(3.0), 0.5, 0.0), (spin(PI), -0.5, 1.0), (square(0.6), -0.5, 1.0)]
-    {
+    let radius = rolling_radius(&plain);
+    for (protocol, reversals) in [(straight(1.0), [0, 0]), (straight(3.0), [0, 0]), (spin(PI), [0, 0]), (square(0.6), [7, 0])] {
         let (played, watch) = watched(&scene, protocol);
-        let rows = watch.angles.len();
-        for (wheel, side) in [left, 0.5, left, 0.5].into_iter().enumerate() {
-            within(watch.excess(&scene, &played, rows - 1, wheel), side * play, 1.01 * tick_angle, "play at the end");
+        let last = watch.angles.len() - 1;
+        let mut seen = [0; 4];
+        let mut direction = [0.0; 4];
+        for row in 1..last {
+            for wheel in 0..4 {
+                // At half a radian a second and more it has gone far beyond the play since it last stood.
+                let speed = (watch.turned(row + 1, wheel) - watch.turned(row - 1, wheel)) / 0.04;
+                if speed.abs() > 1.0 {
+                    let excess = watch.excess(&scene, &played, row, wheel);
+                    within(excess, 0.5 * play * speed.signum(), 1.01 * tick_angle, "play in motion");
+                    seen[wheel] += usize::from(direction[wheel] * speed < 0.0);
+                    direction[wheel] = speed;
+                }
+            }
         }
-        let before = run(&plain, protocol);
-        let apart = played.true_error().heading - before.true_error().heading;
-        within(apart, -turns * lost, 2.0 * tick(&plain).1, "heading");
+        assert_eq!(seen, [reversals[0], reversals[1], reversals[0], reversals[1]], "{protocol:?}");
+        let side = |wheels: [usize; 2]| 0.5 * wheels.map(|wheel| watch.excess(&scene, &played, last, wheel)).iter().sum::<f64>();
+        let (left, right) = (side([0, 2]), side([1, 3]));
+        let apart = |of: fn(Pose2) -> f64| of(played.true_error()) - of(run(&plain, protocol).true_error());
+        let heading = (right - left) * radius / b_eff;
+        within(apart(|pose| pose.heading), -heading, 2.0 * tick(&plain).1, "heading");
         if let Protocol::Straight { .. } = protocol {
-            let short = played.true_error().x - before.true_error().x;
-            within(short, -0.5 * play * rolling_radius(&plain), 2.0 * tick(&plain).0, "distance");
+            within(apart(|pose| pose.x), -0.5 * (left + right) * radius, 2.0 * tick(&plain).0, "distance");
         }
     }
-    // The left encoders of a square reverse at eight places, and each shows the whole play.
-    let (played, watch) = watched(&scene, square(0.6));
-    let mut reversals = 0;
-    let mut side = 0.5;
-    for row in 0..watch.angles.len() {
-        let excess = watch.excess(&scene, &played, row, 0);
-        assert!(excess.abs() < 0.5 * play + 1.01 * tick_angle, "never more than half of it either way");
-        if excess * side < 0.0 && (excess + side * play).abs() < 2.0 * tick_angle {
-            reversals += 1;
-            side = -side;
-        }
+}
+
+/// The play by itself: closed forms, and turning wheel to encoder and back is the identity, take-up included.
+#[test]
+fn play_is_undone_by_its_inverse() {
+    let mut play = Play::new(0.02);
+    let gone = |play: &mut Play, way: f64| play.encoder(way) - way;
+    assert!((gone(&mut play, 1.0) - 0.01).abs() < 1e-15, "half of it from its middle");
+    assert!((gone(&mut play, -1.0) + 0.02).abs() < 1e-15, "all of it on a reversal");
+    assert!(gone(&mut play, -1.0).abs() < 1e-15, "and none going on");
+    let (mut there, mut back) = (Play::new(0.02), Play::new(0.02));
+    for step in [0.003, 0.5, -0.001, -0.004, 0.002, -0.3, -0.2, 0.0, 0.009, 0.02, -0.006] {
+        let encoder = there.encoder(step);
+        assert!((back.wheel(encoder) - step).abs() < 1e-15, "{step}");
     }
-    assert_eq!(reversals, 7, "after the first straight");
 }
 
 /// After each stop the wheels go on by the angle in the direction in which they went, and no log shows it: a straight of one
