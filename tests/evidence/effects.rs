@@ -7,14 +7,15 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rayon::prelude::*;
 use std::collections::BTreeSet;
-use std::f64::consts::{FRAC_PI_2, PI};
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+use std::path::Path;
 use std::sync::atomic::AtomicBool;
-use treadmark::dataset::{Protocol, Rotation, Travel};
+use treadmark::dataset::{Protocol, Rotation, Run, Travel};
 use treadmark::drive::{self, Observer, SimulatedRun, Snapshot, Task};
 use treadmark::effect::{Cause, EFFECTS, Effect, EffectError, ExtendedModel, Prior, load_scene};
 use treadmark::geometry::Pose2;
-use treadmark::odometry::{DeadReckoning, OdometryParameters};
-use treadmark::scene::{GRAVITY, Scene, Side, Tyre};
+use treadmark::odometry::DeadReckoning;
+use treadmark::scene::{EmpiricalTerm, Feature, GRAVITY, Scene, Side, TwistPart, Tyre};
 use treadmark::world::{Patch, PatchMotion, Play, WheelSnapshot, World};
 
 /// The physical test of each effect.
@@ -65,12 +66,14 @@ fn with(scene: &Scene, id: &str, values: &[f64], choice: &str) -> Scene {
     cause.edit(scene)
 }
 
-/// Tyres of nearly no patch, 2 mm wide and 11 mm long: Coulomb friction at four points is exact to (w² + (2a)²)/3b², 0.03 %.
+/// Tyres of nearly no patch, 2 mm wide and 11 mm long, on stiff bristles: Coulomb friction at four points is exact to
+/// (w² + (2a)²)/3b², 0.03 %.
 fn hard_and_narrow(mut scene: Scene) -> Scene {
     for wheel in &mut scene.robot.wheels {
         wheel.tyre.width = 0.002;
         wheel.tyre.vertical_stiffness = 4e5;
         wheel.tyre.vertical_damping = 1e3;
+        wheel.tyre.slip_stiffness = 240.0;
     }
     Scene { time_step: 0.5e-3, ..scene }
 }
@@ -100,11 +103,12 @@ fn tick(scene: &Scene) -> (f64, f64) {
     (way, way / odometry.track_width)
 }
 
-/// A world in steady motion with the left and right wheels at these speeds \[rad/s\].
+/// A world in steady motion with the left and right wheels at these speeds \[rad/s\]. A speed loop that works against a
+/// rolling tyre, which is a damper of C N R²/V, takes its time: 1.5 s for each e-fold.
 fn steady(scene: &Scene, left: f64, right: f64) -> World {
     let mut world = settled(scene);
     ramp_to(&mut world, left, right);
-    step_for(&mut world, 1.0);
+    step_for(&mut world, 8.0);
     world
 }
 
@@ -337,9 +341,13 @@ fn tyre_grip_anisotropy() {
     for ratio in [-0.2, 0.1] {
         let scene = with(&plain, "tyre_grip_anisotropy", &[ratio], "");
         let theory = 1.0 + (1.0f64 + ratio).powi(2) * (l / b).powi(2);
-        close(track_factor_in_spin(&scene, 2.5), theory, 1.5e-3, "spin factor");
+        close(track_factor_in_spin(&scene, 2.5), theory, 1e-3, "spin factor");
     }
+    // Soft bristles stretch towards the slip before they slide, and take part of the change back.
     let soft = bench("jnpf_4wd");
+    let factor = |ratio: f64| track_factor_in_spin(&with(&soft, "tyre_grip_anisotropy", &[ratio], ""), 2.5);
+    let share = (factor(0.0) - factor(-0.2)) / (0.36 * (l / b).powi(2));
+    assert!(0.85 < share && share < 1.0, "{share}");
     let slippery = with(&soft, "tyre_grip_anisotropy", &[-0.2], "");
     let (one, other) = (run(&soft, straight(2.0)).actual, run(&slippery, straight(2.0)).actual);
     assert!(one.distance(other) < tick(&soft).0 && (one.heading - other.heading).abs() < tick(&soft).1);
@@ -481,18 +489,19 @@ fn caster_drag() {
     assert!(turn(&scene) < turn(&plain) - 5.0 * tick(&plain).1, "it turns less than it believes");
 }
 
-/// The spin's factor moves by the ratio: on two axles as far as the friction ratio of points explains it (the patch's
-/// own size, [w² + (2a)²]/3b², adds 0.7 % to the factor and so takes 0.5 % of the change), on one axle exactly. Straights do
-/// not see it.
+/// The spin's factor moves by the ratio: on one axle, where the wheels are set apart, exactly; on two, through the friction
+/// ratio, exactly for small stiff patches. Soft ones take up to a tenth of the change back (see `tyre_grip_anisotropy`), and
+/// their own size, [w² + (2a)²]/3b², another hundredth. Straights do not see it.
 #[test]
 fn effective_track() {
-    for robot in ["jnpf_4wd", "husky_a200", "optiodom"] {
-        let plain = bench(robot);
+    let soft = ["jnpf_4wd", "husky_a200"].map(|robot| (bench(robot), 0.1));
+    let exact = [bench("optiodom"), hard_and_narrow(bench("jnpf_4wd"))].map(|scene| (scene, 0.01));
+    for (plain, tolerance) in soft.into_iter().chain(exact) {
         let track = |scene: &Scene| track_factor_in_spin(scene, 2.0) * scene.robot.track_width();
         let before = track(&plain);
         for ratio in [0.05, -0.05] {
             let scene = with(&plain, "effective_track", &[ratio], "");
-            close(track(&scene) / before - 1.0, ratio, 0.03, robot);
+            close(track(&scene) / before - 1.0, ratio, tolerance, &plain.robot.name);
             let (one, other) = (run(&plain, straight(1.0)).actual, run(&scene, straight(1.0)).actual);
             let (way, heading) = tick(&plain);
             assert!(one.distance(other) < way && (one.heading - other.heading).abs() < heading);
@@ -553,7 +562,7 @@ fn floor_grip_patch() {
     let start = Pose2::new(0.0, 0.0, -0.9);
     let mut world = World::new(&scene, start, ChaCha8Rng::seed_from_u64(0)).expect("it stands");
     step_for(&mut world, 0.5);
-    ramp_to(&mut world, -2.5, 2.5);
+    ramp_to(&mut world, -0.6, 0.6);
     while world.pose().heading < -0.15 {
         step_for(&mut world, 0.01);
     }
@@ -827,4 +836,353 @@ fn survey_time_offset() {
     let mean = offsets.iter().sum::<f64>() / 120.0;
     let deviation = (offsets.iter().map(|offset| (offset - mean).powi(2)).sum::<f64>() / 119.0).sqrt();
     close(deviation, 0.1, 0.2, "offsets of runs");
+}
+
+// ── the registry ──
+
+/// Robots, and on them scenes in which every effect has something to add to: each once with other causes in it already.
+fn scenes() -> Vec<Scene> {
+    let mut scenes = Vec::new();
+    for robot in ["jnpf_4wd", "husky_a200", "optiodom"] {
+        let plain = bench(robot);
+        let causes: Vec<Cause> = small(&plain).into_iter().map(|(cause, _)| cause).collect();
+        scenes.push(Cause::edit_all(&causes, &plain));
+        scenes.push(plain);
+    }
+    scenes
+}
+
+/// Every effect that applies to `scene`, small, and twice as large. Where parameters are not sizes (a place, a heading) they
+/// stay.
+fn small(scene: &Scene) -> Vec<(Cause, Cause)> {
+    let applying = EFFECTS.iter().filter(|effect| effect.applies(scene));
+    applying
+        .map(|effect| {
+            let sized = |size: f64| {
+                let values = effect.parameters.iter().map(|parameter| match parameter.name {
+                    "ratio" => 1.0 + size,
+                    "downhill_heading_rad" => 0.7,
+                    "radius_m" => 0.3,
+                    "run_offset_std_s" => 0.0,
+                    "x_m" | "y_m" if effect.id == "floor_grip_patch" => 0.4,
+                    _ => size,
+                });
+                let choice = effect.choices(scene).remove(0);
+                Cause { effect, choice, values: values.collect() }
+            };
+            (sized(1e-3), sized(2e-3))
+        })
+        .collect()
+}
+
+/// Every number of a scene.
+fn numbers(scene: &Scene) -> Vec<f64> {
+    let text = format!("{scene:?}");
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || "+-.".contains(c))).filter_map(|word| word.parse().ok()).collect()
+}
+
+/// At zero an effect changes no number of a scene, to the last bit, whatever else is in it; a run in it has the same bits.
+#[test]
+fn effects_are_the_identity_at_zero() {
+    for scene in scenes() {
+        for effect in EFFECTS.iter().filter(|effect| effect.applies(&scene)) {
+            for choice in effect.choices(&scene) {
+                let nothing = Cause { choice, ..effect.nothing() };
+                if effect.id != "floor_grip_patch" {
+                    nothing.check(&scene).expect("nothing is allowed");
+                }
+                assert_eq!(format!("{:?}", nothing.edit(&scene)), format!("{scene:?}"), "{}", effect.id);
+            }
+        }
+    }
+    let plain = bench("jnpf_4wd");
+    let before = run(&plain, square(0.5));
+    EFFECTS.par_iter().filter(|effect| effect.applies(&plain)).for_each(|effect| {
+        let nothing = Cause { choice: effect.choices(&plain).remove(0), ..effect.nothing() };
+        let run = run(&nothing.edit(&plain), square(0.5));
+        assert_eq!((run.measured, run.actual), (before.measured.clone(), before.actual), "{}", effect.id);
+    });
+}
+
+/// Effects are increments on the scene as given: twice a small one is one of twice the size, to the second order of its
+/// size (1e-3), and something moves by the first.
+#[test]
+fn effects_are_increments() {
+    for scene in scenes() {
+        for (once, double) in small(&scene) {
+            let id = once.effect.id;
+            let (twice, at_once) = (once.edit(&once.edit(&scene)), double.edit(&scene));
+            if id == "floor_grip_patch" {
+                let grip = |scene: &Scene| scene.floor.grip_ratio_at(0.4, 0.4);
+                assert!((grip(&twice) / grip(&at_once) - 1.0).abs() < 2e-6, "{id}");
+                assert!((grip(&at_once) / grip(&scene) - 1.002).abs() < 1e-9, "{id}");
+                continue;
+            }
+            let (before, twice, at_once) = (numbers(&scene), numbers(&twice), numbers(&at_once));
+            assert!(before.len() == twice.len() && before.len() == at_once.len());
+            let mut moved: f64 = 0.0;
+            for ((before, twice), at_once) in before.iter().zip(&twice).zip(&at_once) {
+                // 4 ε² of a number's own size, or of 1 for those that are nothing before; k² works through its square.
+                let size = before.abs().max(1.0);
+                assert!((twice - at_once).abs() < 8e-6 * size, "{id}: {before} → {twice} or {at_once}");
+                moved = moved.max((at_once - before).abs() / before.abs().max(1e-3));
+            }
+            assert!(moved > 4e-4, "{id} moves something: {moved}");
+        }
+    }
+    // Independent scatters add as their squares do.
+    let scene = with(&bench("jnpf_4wd"), "survey_time_offset", &[0.0, 0.0, 0.3], "");
+    within(with(&scene, "survey_time_offset", &[0.0, 0.0, 0.4], "").survey.time_offset_std, 0.5, 1e-12, "σ");
+}
+
+/// Every effect states what it is, what shows it and where it comes from; its parameters have a unit or none in their name,
+/// bounds that hold the prior's centre, and nothing outside them is taken.
+#[test]
+fn every_entry_is_complete_and_bounded() {
+    let scenes = [bench("jnpf_4wd"), bench("optiodom")];
+    for effect in &EFFECTS {
+        assert!(effect.cause.len() > 20 && effect.shown_by.len() > 10 && effect.source.len() > 5, "{}", effect.id);
+        let scene = scenes.iter().find(|scene| effect.applies(scene)).expect("some robot has the part");
+        let choice = effect.choices(scene).remove(0);
+        for (index, parameter) in effect.parameters.iter().enumerate() {
+            let [least, greatest] = parameter.bounds;
+            let centre = match parameter.prior {
+                Prior::Normal { mean, .. } => mean,
+                Prior::HalfNormal { .. } | Prior::AnyHeading | Prior::OnPath => 0.0,
+                Prior::Known(value) => value,
+            };
+            assert!(least <= centre && centre < greatest && !parameter.meaning.is_empty(), "{}", effect.id);
+            let dimensionless = ["ratio", "ratio_minus_one", "rate_minus_one", "fraction", "coefficient", "gradient", "per_hour"];
+            let unit = ["_m", "_rad", "_s"].iter().any(|unit| parameter.name.ends_with(unit));
+            assert!(unit || dimensionless.contains(&parameter.name), "{}.{}", effect.id, parameter.name);
+            for (value, allowed) in [(least, true), (greatest, true), (least - 1e-6, false), (greatest + 1e-6, false)] {
+                let mut cause = Cause { choice: choice.clone(), ..effect.nothing() };
+                cause.values[index] = value;
+                let checked = cause.check(scene);
+                assert_eq!(checked.is_ok(), allowed, "{}.{} = {value}", effect.id, parameter.name);
+                assert!(allowed || matches!(checked, Err(EffectError::OutOfBounds { .. })));
+            }
+            // The prior and what is allowed go together: four σ are allowed.
+            if let Prior::Normal { std_dev, .. } | Prior::HalfNormal { std_dev } = parameter.prior {
+                assert!(std_dev > 0.0 && greatest > centre + 4.0 * std_dev, "{}.{}", effect.id, parameter.name);
+            }
+        }
+    }
+}
+
+/// What `--set` takes and refuses.
+#[test]
+fn settings_become_causes_or_errors() {
+    let scene = bench("jnpf_4wd");
+    let parse = |settings: &[&str]| {
+        let settings: Vec<String> = settings.iter().map(|setting| (*setting).to_owned()).collect();
+        Cause::from_settings(&settings, &scene)
+    };
+    let causes = parse(&[
+        "floor_slope.gradient=0.01",
+        "wheel_toe.angle_rad=0.02",
+        "floor_slope.downhill_heading_rad=1.5",
+        "wheel_toe.wheel=rear_left",
+        "wheel_toe.angle_rad=-0.01",
+        "wheel_toe.wheel=front_left",
+        "floor_grip_patch.ratio=0.7",
+    ])
+    .expect("all of it is allowed");
+    let lines: Vec<String> = causes.iter().map(Cause::line).collect();
+    assert_eq!(
+        lines,
+        [
+            "floor_slope: gradient 0.0100, downhill_heading_rad 1.5000",
+            "wheel_toe: angle_rad 0.0200, wheel rear_left",
+            "wheel_toe: angle_rad -0.0100, wheel front_left",
+            "floor_grip_patch: x_m 0.0000, y_m 0.0000, radius_m 0.3000, ratio 0.7000",
+        ]
+    );
+    for (settings, parts) in [
+        ("floor_slope=0.01", &["--set floor_slope=0.01", "EFFECT.PARAMETER=VALUE"][..]),
+        ("floor_slope.gradient", &["EFFECT.PARAMETER=VALUE"]),
+        ("floor_tilt.gradient=0.01", &["`floor_tilt`: no such effect", "floor_slope"]),
+        ("floor_slope.angle_rad=0.01", &["floor_slope: no parameter `angle_rad`", "gradient, downhill_heading_rad"]),
+        ("floor_slope.gradient=steep", &["floor_slope.gradient = steep", "finite number"]),
+        ("floor_slope.gradient=nan", &["finite number"]),
+        ("floor_slope.gradient=-0.01", &["floor_slope.gradient = -0.01", "between 0 and 0.3"]),
+        ("wheel_toe.angle_rad=0.01", &["wheel_toe.wheel = \"\"", "front_left, front_right, rear_left, rear_right"]),
+        ("encoder_count_loss.side=middle", &["encoder_count_loss.side = \"middle\"", "left, right"]),
+        ("caster_drag.coefficient=0.1", &["caster_drag", "`jnpf_4wd` does not have the part"]),
+    ] {
+        let error = parse(&[settings]).expect_err(settings).to_string();
+        for part in parts {
+            assert!(error.contains(part), "{settings}: expected `{part}` in {error}");
+        }
+    }
+}
+
+/// What a diagnosis writes is what every command reads: the same scene, number by number, also through two files.
+#[test]
+fn an_extended_model_reads_as_it_was_written() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, model: &ExtendedModel| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, model.to_toml()).expect("it can be written");
+        path.to_string_lossy().into_owned()
+    };
+    for robot in ["jnpf_4wd", "optiodom"] {
+        let plain = Scene::load(robot, "tilted_floor").expect("shipped");
+        let causes: Vec<Cause> = small(&plain).into_iter().map(|(cause, _)| cause).collect();
+        let (first, second) = causes.split_at(7);
+        let term = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedTime, coefficient: 0.1 + 0.2 };
+        let model = |base: &str, causes: &[Cause], empirical: &[EmpiricalTerm]| ExtendedModel {
+            base: base.to_owned(),
+            description: "a \"test\"".to_owned(),
+            causes: causes.to_vec(),
+            empirical: empirical.to_vec(),
+        };
+        let one = model(robot, first, &[term]);
+        let inner = write("inner.toml", &one);
+        assert_eq!(ExtendedModel::read(Path::new(&inner)).expect("it reads"), Some(one));
+        // The base stands beside the file that names it.
+        let outer = write("outer.toml", &model("inner.toml", second, &[]));
+        let mut expected = Cause::edit_all(&causes, &plain);
+        expected.empirical.push(term);
+        let mut read = load_scene(&outer, "tilted_floor").expect("it reads");
+        assert_eq!(read.robot.file, Path::new(&outer));
+        read.robot.file.clone_from(&expected.robot.file);
+        assert_eq!(format!("{read:?}"), format!("{expected:?}"));
+    }
+    let refused = |text: &str, parts: &[&str]| {
+        let path = folder.path().join("bad.toml");
+        std::fs::write(&path, format!("format = \"treadmark-extended-robot/1\"\n{text}")).expect("it can be written");
+        let error = load_scene(&path.to_string_lossy(), "lab_floor").expect_err(text).to_string();
+        assert!(error.contains("bad.toml"), "{error}");
+        for part in parts {
+            assert!(error.contains(part), "expected `{part}` in {error}");
+        }
+    };
+    refused("base = \"bad.toml\"", &["in a circle"]);
+    refused("base = \"jnpf_4wd\"\nbasis = 1", &["line 3", "basis"]);
+    refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"tilt\"", &["`tilt`: no such effect"]);
+    refused("base = \"jnpf_4wd\"\n[[effects]]\ngradient = 1", &["no such effect"]);
+    refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"floor_slope\"\nslope = 1", &["no parameter `slope`"]);
+    refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"floor_slope\"\ngradient = 1", &["between 0 and 0.3"]);
+    refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"caster_drag\"\ncoefficient = 0.1", &["does not have"]);
+}
+
+// ── replay ──
+
+/// How far a replay was from the truth, at worst on the way: position \[m\], heading \[rad\].
+fn replay_error(scene: &Scene, run: &Run, times: &[f64], truth: &[Pose2]) -> (f64, f64) {
+    let trace = drive::replay(scene, run, &scene.robot.odometry, &AtomicBool::new(false)).expect("it can be replayed");
+    let start = trace.at(times[0]);
+    let (mut position, mut heading) = (0.0f64, 0.0f64);
+    for (&time, &truth) in times.iter().zip(truth) {
+        let replayed = start.relative(trace.at(time));
+        position = position.max(replayed.distance(truth));
+        heading = heading.max((replayed.heading - truth.heading).abs());
+    }
+    (position, heading)
+}
+
+/// What the log leaves open. Each side is known to half a tick at both ends of any stretch, so a heading to one tick of both
+/// sides over the track; between rows of 20 ms a straight line stands for a way that accelerates, a dt²/8 aside. A position
+/// inherits the heading's error over the robot's reach from where it was made, at most half of it on average, and the way's.
+fn left_open(scene: &Scene, reach: f64) -> (f64, f64) {
+    let (way, heading) = tick(scene);
+    let driver = &scene.robot.driver;
+    let b = scene.robot.odometry.track_width;
+    let between_rows = 0.02f64.powi(2) / 8.0;
+    let heading = heading + between_rows * (2.0 * driver.acceleration / b).max(driver.turn_acceleration);
+    (way + between_rows * driver.acceleration + heading * reach, heading)
+}
+
+/// Replaying a run's own log makes the wheels turn as they turned, and so the body moves as it moved.
+#[test]
+fn a_replay_of_its_own_log_goes_where_the_run_went() {
+    let circle = |radius: f64| Protocol::Circle { radius, turn: Some(TAU), direction: Rotation::Clockwise };
+    let cases: Vec<(&str, Protocol, f64)> = ["jnpf_4wd", "optiodom", "husky_a200"]
+        .into_iter()
+        .flat_map(|robot| {
+            [(robot, square(1.0), 1.5), (robot, circle(0.7), 1.4), (robot, spin(2.5 * PI), 0.1)]
+        })
+        .collect();
+    cases.into_par_iter().for_each(|(robot, protocol, reach)| {
+        let scene = bench(robot);
+        let (run, watch) = watched(&scene, protocol);
+        let log = run.measured.encoders.as_ref().expect("it is logged");
+        let (position, heading) = replay_error(&scene, &run.measured, &log.time, &watch.truth);
+        let (open, open_heading) = left_open(&scene, reach);
+        eprintln!("REPLAY {robot} {protocol:?}: {:.4} of {:.4} mm, {:.4} of {:.4} mrad", 1e3 * position, 1e3 * open, 1e3 * heading, 1e3 * open_heading);
+        assert!(position < open && heading < open_heading, "{robot} {protocol:?}: {position:.2e} m, {heading:.2e} rad");
+    });
+}
+
+/// A replay undoes what the scene's encoders do: lost counts, play and overrun included, the path is that of the run. Without
+/// knowing of them it is another one.
+#[test]
+fn a_replay_undoes_what_encoders_do() {
+    for robot in ["jnpf_4wd", "optiodom", "husky_a200"] {
+        let plain = bench(robot);
+        let cases = [
+            ("encoder_count_loss", 0.01, "left"),
+            ("gear_backlash", 0.02, ""),
+            ("stop_overrun", 0.03, ""),
+        ];
+        let all = cases.iter().fold(plain.clone(), |scene, (id, value, choice)| with(&scene, id, &[*value], choice));
+        let scenes = cases
+            .iter()
+            .map(|(id, value, choice)| (*id, with(&plain, id, &[*value], choice)))
+            .chain([("all three", all)])
+            .collect::<Vec<_>>();
+        scenes.into_par_iter().for_each(|(id, scene)| {
+            let (run, watch) = watched(&scene, square(1.0));
+            let log = run.measured.encoders.as_ref().expect("it is logged");
+            let (position, heading) = replay_error(&scene, &run.measured, &log.time, &watch.truth);
+            let unaware = replay_error(&plain, &run.measured, &log.time, &watch.truth);
+            let (open, open_heading) = left_open(&scene, 1.5);
+            eprintln!("UNDO {robot} {id}: {:.4} of {:.4} mm, {:.4} of {:.4} mrad, unaware {:.4} {:.4}", 1e3 * position, 1e3 * open, 1e3 * heading, 1e3 * open_heading, 1e3*unaware.0, 1e3*unaware.1);
+            assert!(position < 2.0 * open && heading < 2.0 * open_heading, "{robot} {id}: {position:.2e} m, {heading:.2e} rad");
+            assert!(unaware.0 > 4.0 * open, "{robot} {id}: {unaware:?}");
+        });
+    }
+}
+
+/// A latency is not in the log, and a replay does not know of it.
+#[test]
+fn a_replay_is_blind_to_latency() {
+    let plain = bench("jnpf_4wd");
+    let late = with(&plain, "encoder_latency", &[0.1], "");
+    let run = run(&late, square(0.5)).measured;
+    let of = |scene: &Scene| drive::replay(scene, &run, &plain.robot.odometry, &AtomicBool::new(false)).expect("it goes");
+    assert_eq!(of(&plain), of(&late));
+}
+
+/// A log that begins in motion is replayed after a run-up: the second part of a run goes where it went.
+#[test]
+fn a_replay_of_the_second_half_goes_where_it_went() {
+    let circle = Protocol::Circle { radius: 0.7, turn: Some(TAU), direction: Rotation::CounterClockwise };
+    let cases: Vec<(&str, Protocol, f64)> = ["jnpf_4wd", "optiodom", "husky_a200"]
+        .into_iter()
+        .flat_map(|robot| [(robot, square(1.0), 1.5), (robot, circle, 1.4), (robot, spin(4.0 * PI), 0.1)])
+        .collect();
+    cases.into_par_iter().for_each(|(robot, protocol, reach)| {
+        let scene = bench(robot);
+        let (run, watch) = watched(&scene, protocol);
+        let mut cut = run.measured;
+        let log = cut.encoders.as_mut().expect("it is logged");
+        // In the middle of a side, of a circle, of a spin, all wheels turn.
+        let middle = (log.len() / 2..log.len())
+            .find(|&row| (0..watch.angles[0].len()).all(|wheel| (watch.turned(row, wheel) - watch.turned(row - 20, wheel)).abs() > 0.3))
+            .expect("it goes on");
+        log.time.drain(..middle);
+        log.counts.drain(..middle * log.channels.len());
+        let times = log.time.clone();
+        cut.start = Some(watch.truth[middle]);
+        let truth: Vec<Pose2> = watch.truth[middle..].iter().map(|pose| watch.truth[middle].relative(*pose)).collect();
+        let (position, heading) = replay_error(&scene, &cut, &times, &truth);
+        let (open, open_heading) = left_open(&scene, reach);
+        eprintln!("CUT {robot} {protocol:?}: {:.4} of {:.4} mm, {:.4} of {:.4} mrad", 1e3 * position, 1e3 * open, 1e3 * heading, 1e3 * open_heading);
+        assert!(position < 2.0 * open && heading < 2.0 * open_heading, "{robot} {protocol:?}: {position:.2e} m, {heading:.2e} rad");
+        let trace = drive::replay(&scene, &cut, &scene.robot.odometry, &AtomicBool::new(false)).expect("it goes");
+        let began = trace.at(times[0]);
+        assert!(began.distance(watch.truth[middle]) < 0.02, "it arrives where it was: {began:?}");
+    });
 }
