@@ -3,6 +3,7 @@
 mod calibrate;
 mod check;
 mod drive;
+mod effects;
 mod experiment;
 mod init;
 mod options;
@@ -38,6 +39,8 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
+    /// List the effects: every cause that a diagnosis can name and that --set puts into a scene
+    Effects(effects::Arguments),
 }
 
 /// How a command ended that did what was asked for.
@@ -63,6 +66,7 @@ impl Cli {
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
             Some(Command::Methods) => print!("{}", text::methods()),
+            Some(Command::Effects(arguments)) => effects::run(&arguments)?,
         }
         Ok(Outcome::Done)
     }

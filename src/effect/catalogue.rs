@@ -17,7 +17,8 @@ const fn half_normal(name: &'static str, meaning: &'static str, std_dev: f64, bo
 
 const UMBMARK: &str = "Borenstein & Feng 1996, IEEE Trans. Robotics and Automation 12(6)";
 const PACEJKA: &str = "Pacejka, Tyre and Vehicle Dynamics";
-const SKID: &str = "equilibrium of a steady spin under Coulomb friction: b_eff/b = 1 + k²(l/b)², k = μ_y/μ_x (evidence: quasi_static)";
+const SKID: &str =
+    "equilibrium of a steady spin under Coulomb friction: b_eff/b = 1 + k²(l/b)², k = μ_y/μ_x (evidence: quasi_static)";
 
 /// Every effect.
 pub static EFFECTS: [Effect; 21] = [

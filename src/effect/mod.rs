@@ -224,7 +224,8 @@ impl Cause {
             let (name, value) = setting.split_once('=').ok_or_else(malformed)?;
             let (id, key) = name.split_once('.').ok_or_else(malformed)?;
             let effect = Effect::named(id).ok_or_else(|| EffectError::unknown(id))?;
-            let open = causes.iter().rposition(|(cause, set)| cause.effect == effect && !set.iter().any(|it| it == key));
+            let open =
+                causes.iter().rposition(|(cause, set)| cause.effect == effect && !set.iter().any(|it| it == key));
             let index = open.unwrap_or_else(|| {
                 causes.push((effect.nothing(), Vec::new()));
                 causes.len() - 1
@@ -251,9 +252,12 @@ impl Cause {
                 known: effect.keys(),
             });
         };
-        self.values[index] = value.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| {
-            EffectError::NotANumber { effect: effect.id, parameter: effect.parameters[index].name, value: value.to_owned() }
-        })?;
+        self.values[index] =
+            value.parse().ok().filter(|value: &f64| value.is_finite()).ok_or_else(|| EffectError::NotANumber {
+                effect: effect.id,
+                parameter: effect.parameters[index].name,
+                value: value.to_owned(),
+            })?;
         Ok(())
     }
 

@@ -72,7 +72,9 @@ pub fn load_scene(robot: &str, world: &str) -> Result<Scene, EffectError> {
     let mut scene = Scene::load(&given, world)?;
     for (file, model) in extensions.into_iter().rev() {
         for cause in &model.causes {
-            cause.check(&scene).map_err(|source| EffectError::InFile { file: file.clone(), source: Box::new(source) })?;
+            cause
+                .check(&scene)
+                .map_err(|source| EffectError::InFile { file: file.clone(), source: Box::new(source) })?;
             scene = cause.edit(&scene);
         }
         scene.empirical.extend(&model.empirical);
@@ -90,8 +92,7 @@ impl ExtendedModel {
         if !file.is_file() {
             return Ok(None);
         }
-        let text = std::fs::read_to_string(file)
-            .map_err(|source| EffectError::Io { file: file.to_owned(), source })?;
+        let text = std::fs::read_to_string(file).map_err(|source| EffectError::Io { file: file.to_owned(), source })?;
         let declares = |line: &str| line.trim_start().starts_with("format") && line.contains(FORMAT);
         if !text.lines().any(declares) {
             return Ok(None);

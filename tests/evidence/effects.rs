@@ -177,9 +177,7 @@ fn coulomb_spin(b: f64, l: f64, front: f64, rear: f64) -> (f64, f64) {
         0.5 * (low + high)
     };
     let side = |weight: f64, d: f64, e: f64| weight * d / d.hypot(e);
-    let centre = |e: f64| {
-        bisect(-0.5 * l, 0.5 * l, &|x| side(rear, 0.5 * l + x, e) - side(front, 0.5 * l - x, e))
-    };
+    let centre = |e: f64| bisect(-0.5 * l, 0.5 * l, &|x| side(rear, 0.5 * l + x, e) - side(front, 0.5 * l - x, e));
     let excess = bisect(0.0, l * l / b, &|e| {
         let x = centre(e);
         let (ahead, behind) = (0.5 * l - x, 0.5 * l + x);
@@ -225,12 +223,10 @@ fn watched(scene: &Scene, protocol: Protocol) -> (SimulatedRun, Watch) {
 }
 
 fn close(found: f64, expected: f64, relative: f64, what: &str) {
-    eprintln!("{what}: {found:.6e} against {expected:.6e} ({:+.4} %)", 100.0 * (found / expected - 1.0));
     assert!((found / expected - 1.0).abs() < relative, "{what}: {found:.6e} against {expected:.6e}");
 }
 
 fn within(found: f64, expected: f64, tolerance: f64, what: &str) {
-    eprintln!("{what}: {found:.6e} against {expected:.6e} ± {tolerance:.1e}");
     assert!((found - expected).abs() < tolerance, "{what}: {found:.6e} against {expected:.6e} ± {tolerance:.1e}");
 }
 
@@ -300,7 +296,6 @@ fn axle_diameter_mismatch() {
         let force = found.along[index].abs();
         let tangent = wheel.tyre.slip_stiffness * found.load[index] * slip.abs();
         let least = brush(&wheel.tyre, found.load[index], slip).abs();
-        eprintln!("{least} < {force} < {tangent}");
         assert!(0.995 * least < force && force < 1.005 * tangent, "{}: {least} < {force} < {tangent}", wheel.name);
         assert!(found.along[index] * slip > 0.0);
         close(slip, 0.5 * ratio * if rear { 1.0 } else { -1.0 }, 0.03, "slip is half the mismatch");
@@ -420,12 +415,12 @@ fn load_offset_longitudinal() {
         // How two hard tyres share it is a matter of a micrometre in the engine's hinges.
         within(still.load[0] / still.load[1], 1.0, 0.01, "left and right alike");
         let (factor, centre) = coulomb_spin(b, l, front, 1.0 - front);
-        let mut world = steady(&scene, -2.5, 2.5);
+        let mut world = steady(&scene, -0.6, 0.6);
         let found = means(&mut world, 4.0);
         let way = (found.speed[1] - found.speed[0]) * rolling_radius(&scene);
-        close(way / found.yaw_rate / b, factor, 5e-3, "spin factor");
-        // The mass on its way round the turn centre pulls with ω² x of its weight over g, 0.2 % of the friction.
-        close(-found.left / found.yaw_rate, centre, 0.02, "turn centre");
+        // Slowly, so that the mass on its way round the turn centre does not pull: 0.02 % of the friction.
+        close(way / found.yaw_rate / b, factor, 2e-3, "spin factor");
+        close(-found.left / found.yaw_rate, centre, 0.01, "turn centre");
         assert!(centre.abs() > x.abs() && centre * x > 0.0 && factor < balanced.0);
     }
     let soft = bench("jnpf_4wd");
@@ -570,8 +565,8 @@ fn floor_grip_patch() {
     let found = means(&mut world, duration);
     let (factor, centre) = coulomb_spin(b, l, ratio, 1.0);
     let way = 0.5 * (found.speed[1] + found.speed[3] - found.speed[0] - found.speed[2]) * rolling_radius(&scene);
-    close(way / found.yaw_rate / b, factor, 5e-3, "spin factor");
-    close(-found.left / found.yaw_rate, centre, 0.03, "turn centre");
+    close(way / found.yaw_rate / b, factor, 2e-3, "spin factor");
+    close(-found.left / found.yaw_rate, centre, 0.01, "turn centre");
 
     let everywhere = with(&plain, "floor_grip_patch", &[0.0, 0.0, 2.0, ratio], "");
     close(track_factor_in_spin(&everywhere, 2.5), track_factor_in_spin(&plain, 2.5), 1e-3, "the same grip all round");
@@ -635,7 +630,6 @@ fn encoder_latency() {
                     of(reckoning.update(left, right))
                 });
                 let most = believed.fold(f64::NEG_INFINITY, f64::max);
-                eprintln!("{robot} {delay}: {most:.5} end {:.5} true error {:?}", of(run.odometry), run.true_error());
                 most
             };
             [beyond(spin(FRAC_PI_2), |pose| pose.heading - FRAC_PI_2), beyond(straight(1.0), |pose| pose.x - 1.0)]
@@ -658,7 +652,9 @@ fn gear_backlash() {
     let tick_angle = plain.robot.odometry.angle_of_ticks(1.0);
     let b_eff = track_factor_in_spin(&plain, 2.5) * plain.robot.track_width();
     let radius = rolling_radius(&plain);
-    for (protocol, reversals) in [(straight(1.0), [0, 0]), (straight(3.0), [0, 0]), (spin(PI), [0, 0]), (square(0.6), [7, 0])] {
+    for (protocol, reversals) in
+        [(straight(1.0), [0, 0]), (straight(3.0), [0, 0]), (spin(PI), [0, 0]), (square(0.6), [7, 0])]
+    {
         let (played, watch) = watched(&scene, protocol);
         let last = watch.angles.len() - 1;
         let mut seen = [0; 4];
@@ -676,7 +672,9 @@ fn gear_backlash() {
             }
         }
         assert_eq!(seen, [reversals[0], reversals[1], reversals[0], reversals[1]], "{protocol:?}");
-        let side = |wheels: [usize; 2]| 0.5 * wheels.map(|wheel| watch.excess(&scene, &played, last, wheel)).iter().sum::<f64>();
+        let side = |wheels: [usize; 2]| {
+            0.5 * wheels.map(|wheel| watch.excess(&scene, &played, last, wheel)).iter().sum::<f64>()
+        };
         let (left, right) = (side([0, 2]), side([1, 3]));
         let apart = |of: fn(Pose2) -> f64| of(played.true_error()) - of(run(&plain, protocol).true_error());
         let heading = (right - left) * radius / b_eff;
@@ -719,7 +717,12 @@ fn stop_overrun() {
     for (turn, sign) in [(PI, 1.0), (-PI, -1.0), (3.0 * PI, 1.0)] {
         let more = run(&scene, spin(turn)).true_error().heading - run(&plain, spin(turn)).true_error().heading;
         // The patches are strained one way when they go on, so that nothing of it is lost to their elasticity: 5 %.
-        within(more, sign * 2.0 * radius * angle / b_eff, 0.05 * 2.0 * radius * angle / b_eff + 2.0 * heading_tick, "a spin");
+        within(
+            more,
+            sign * 2.0 * radius * angle / b_eff,
+            0.05 * 2.0 * radius * angle / b_eff + 2.0 * heading_tick,
+            "a spin",
+        );
     }
     // Eight stops of a square: the right wheels always went forward, the left ones half the times.
     let (coasted, watch) = watched(&scene, square(1.0));
@@ -730,7 +733,10 @@ fn stop_overrun() {
     }
     assert_eq!(coasted.measured.protocol, square(1.0));
     let believed = coasted.odometry.distance(Pose2::IDENTITY);
-    assert!(believed < 2.0 * run(&plain, square(1.0)).odometry.distance(Pose2::IDENTITY) + 1e-3, "it believes it is home");
+    assert!(
+        believed < 2.0 * run(&plain, square(1.0)).odometry.distance(Pose2::IDENTITY) + 1e-3,
+        "it believes it is home"
+    );
 }
 
 // ── survey: the robot does what it does, and is read otherwise ──
@@ -878,7 +884,9 @@ fn small(scene: &Scene) -> Vec<(Cause, Cause)> {
 /// Every number of a scene.
 fn numbers(scene: &Scene) -> Vec<f64> {
     let text = format!("{scene:?}");
-    text.split(|c: char| !(c.is_ascii_alphanumeric() || "+-.".contains(c))).filter_map(|word| word.parse().ok()).collect()
+    text.split(|c: char| !(c.is_ascii_alphanumeric() || "+-.".contains(c)))
+        .filter_map(|word| word.parse().ok())
+        .collect()
 }
 
 /// At zero an effect changes no number of a scene, to the last bit, whatever else is in it; a run in it has the same bits.
@@ -952,7 +960,8 @@ fn every_entry_is_complete_and_bounded() {
                 Prior::Known(value) => value,
             };
             assert!(least <= centre && centre < greatest && !parameter.meaning.is_empty(), "{}", effect.id);
-            let dimensionless = ["ratio", "ratio_minus_one", "rate_minus_one", "fraction", "coefficient", "gradient", "per_hour"];
+            let dimensionless =
+                ["ratio", "ratio_minus_one", "rate_minus_one", "fraction", "coefficient", "gradient", "per_hour"];
             let unit = ["_m", "_rad", "_s"].iter().any(|unit| parameter.name.ends_with(unit));
             assert!(unit || dimensionless.contains(&parameter.name), "{}.{}", effect.id, parameter.name);
             for (value, allowed) in [(least, true), (greatest, true), (least - 1e-6, false), (greatest + 1e-6, false)] {
@@ -1082,16 +1091,19 @@ fn replay_error(scene: &Scene, run: &Run, times: &[f64], truth: &[Pose2]) -> (f6
     (position, heading)
 }
 
-/// What the log leaves open. Each side is known to half a tick at both ends of any stretch, so a heading to one tick of both
-/// sides over the track; between rows of 20 ms a straight line stands for a way that accelerates, a dt²/8 aside. A position
-/// inherits the heading's error over the robot's reach from where it was made, at most half of it on average, and the way's.
-fn left_open(scene: &Scene, reach: f64) -> (f64, f64) {
+/// What the log leaves open, with the robot within `reach` \[m\] of where it started and turning by `turn` \[rad\] in all. Each
+/// side is known to half a tick at both ends of any stretch: two ticks of both sides over the track. Between rows of 20 ms a
+/// straight line stands for a way that accelerates, a dt²/8 aside, twice where the driver's commands step. A staircase of
+/// ticks shakes the slip of a scrubbing tyre by δ = tick/20 ms, 4 % of its slip speed, which takes (δ/e)²/24 of the
+/// friction: below 1e-4 of the turn. A position inherits the heading's error over the reach.
+fn left_open(scene: &Scene, reach: f64, turn: f64) -> (f64, f64) {
     let (way, heading) = tick(scene);
     let driver = &scene.robot.driver;
     let b = scene.robot.odometry.track_width;
-    let between_rows = 0.02f64.powi(2) / 8.0;
-    let heading = heading + between_rows * (2.0 * driver.acceleration / b).max(driver.turn_acceleration);
-    (way + between_rows * driver.acceleration + heading * reach, heading)
+    let between_rows = 0.02f64.powi(2) / 4.0;
+    let heading =
+        2.0 * heading + between_rows * (2.0 * driver.acceleration / b).max(driver.turn_acceleration) + 1e-4 * turn;
+    (2.0 * way + between_rows * driver.acceleration + heading * reach, heading)
 }
 
 /// Replaying a run's own log makes the wheels turn as they turned, and so the body moves as it moved.
@@ -1100,17 +1112,14 @@ fn a_replay_of_its_own_log_goes_where_the_run_went() {
     let circle = |radius: f64| Protocol::Circle { radius, turn: Some(TAU), direction: Rotation::Clockwise };
     let cases: Vec<(&str, Protocol, f64)> = ["jnpf_4wd", "optiodom", "husky_a200"]
         .into_iter()
-        .flat_map(|robot| {
-            [(robot, square(1.0), 1.5), (robot, circle(0.7), 1.4), (robot, spin(2.5 * PI), 0.1)]
-        })
+        .flat_map(|robot| [(robot, square(1.0), 1.5), (robot, circle(0.7), 1.4), (robot, spin(2.5 * PI), 0.1)])
         .collect();
     cases.into_par_iter().for_each(|(robot, protocol, reach)| {
         let scene = bench(robot);
         let (run, watch) = watched(&scene, protocol);
         let log = run.measured.encoders.as_ref().expect("it is logged");
         let (position, heading) = replay_error(&scene, &run.measured, &log.time, &watch.truth);
-        let (open, open_heading) = left_open(&scene, reach);
-        eprintln!("REPLAY {robot} {protocol:?}: {:.4} of {:.4} mm, {:.4} of {:.4} mrad", 1e3 * position, 1e3 * open, 1e3 * heading, 1e3 * open_heading);
+        let (open, open_heading) = left_open(&scene, reach, 4.0 * PI);
         assert!(position < open && heading < open_heading, "{robot} {protocol:?}: {position:.2e} m, {heading:.2e} rad");
     });
 }
@@ -1121,11 +1130,7 @@ fn a_replay_of_its_own_log_goes_where_the_run_went() {
 fn a_replay_undoes_what_encoders_do() {
     for robot in ["jnpf_4wd", "optiodom", "husky_a200"] {
         let plain = bench(robot);
-        let cases = [
-            ("encoder_count_loss", 0.01, "left"),
-            ("gear_backlash", 0.02, ""),
-            ("stop_overrun", 0.03, ""),
-        ];
+        let cases = [("encoder_count_loss", 0.01, "left"), ("gear_backlash", 0.02, ""), ("stop_overrun", 0.03, "")];
         let all = cases.iter().fold(plain.clone(), |scene, (id, value, choice)| with(&scene, id, &[*value], choice));
         let scenes = cases
             .iter()
@@ -1137,10 +1142,12 @@ fn a_replay_undoes_what_encoders_do() {
             let log = run.measured.encoders.as_ref().expect("it is logged");
             let (position, heading) = replay_error(&scene, &run.measured, &log.time, &watch.truth);
             let unaware = replay_error(&plain, &run.measured, &log.time, &watch.truth);
-            let (open, open_heading) = left_open(&scene, 1.5);
-            eprintln!("UNDO {robot} {id}: {:.4} of {:.4} mm, {:.4} of {:.4} mrad, unaware {:.4} {:.4}", 1e3 * position, 1e3 * open, 1e3 * heading, 1e3 * open_heading, 1e3*unaware.0, 1e3*unaware.1);
-            assert!(position < 2.0 * open && heading < 2.0 * open_heading, "{robot} {id}: {position:.2e} m, {heading:.2e} rad");
-            assert!(unaware.0 > 4.0 * open, "{robot} {id}: {unaware:?}");
+            // Besides, each of the eight stops and reversals is known to a tick.
+            let (open, open_heading) = left_open(&scene, 1.5, TAU);
+            let (way, angle) = tick(&scene);
+            let (open, open_heading) = (open + 8.0 * (way + 1.5 * angle), open_heading + 8.0 * angle);
+            assert!(position < open && heading < open_heading, "{robot} {id}: {position:.2e} m, {heading:.2e} rad");
+            assert!(unaware.0 > 2.0 * position && unaware.1 > 2.0 * heading, "{robot} {id}: {unaware:?}");
         });
     }
 }
@@ -1151,7 +1158,8 @@ fn a_replay_is_blind_to_latency() {
     let plain = bench("jnpf_4wd");
     let late = with(&plain, "encoder_latency", &[0.1], "");
     let run = run(&late, square(0.5)).measured;
-    let of = |scene: &Scene| drive::replay(scene, &run, &plain.robot.odometry, &AtomicBool::new(false)).expect("it goes");
+    let of =
+        |scene: &Scene| drive::replay(scene, &run, &plain.robot.odometry, &AtomicBool::new(false)).expect("it goes");
     assert_eq!(of(&plain), of(&late));
 }
 
@@ -1170,7 +1178,10 @@ fn a_replay_of_the_second_half_goes_where_it_went() {
         let log = cut.encoders.as_mut().expect("it is logged");
         // In the middle of a side, of a circle, of a spin, all wheels turn.
         let middle = (log.len() / 2..log.len())
-            .find(|&row| (0..watch.angles[0].len()).all(|wheel| (watch.turned(row, wheel) - watch.turned(row - 20, wheel)).abs() > 0.3))
+            .find(|&row| {
+                (0..watch.angles[0].len())
+                    .all(|wheel| (watch.turned(row, wheel) - watch.turned(row - 20, wheel)).abs() > 0.1)
+            })
             .expect("it goes on");
         log.time.drain(..middle);
         log.counts.drain(..middle * log.channels.len());
@@ -1178,9 +1189,8 @@ fn a_replay_of_the_second_half_goes_where_it_went() {
         cut.start = Some(watch.truth[middle]);
         let truth: Vec<Pose2> = watch.truth[middle..].iter().map(|pose| watch.truth[middle].relative(*pose)).collect();
         let (position, heading) = replay_error(&scene, &cut, &times, &truth);
-        let (open, open_heading) = left_open(&scene, reach);
-        eprintln!("CUT {robot} {protocol:?}: {:.4} of {:.4} mm, {:.4} of {:.4} mrad", 1e3 * position, 1e3 * open, 1e3 * heading, 1e3 * open_heading);
-        assert!(position < 2.0 * open && heading < 2.0 * open_heading, "{robot} {protocol:?}: {position:.2e} m, {heading:.2e} rad");
+        let (open, open_heading) = left_open(&scene, reach, 4.0 * PI);
+        assert!(position < open && heading < open_heading, "{robot} {protocol:?}: {position:.2e} m, {heading:.2e} rad");
         let trace = drive::replay(&scene, &cut, &scene.robot.odometry, &AtomicBool::new(false)).expect("it goes");
         let began = trace.at(times[0]);
         assert!(began.distance(watch.truth[middle]) < 0.02, "it arrives where it was: {began:?}");
