@@ -25,8 +25,6 @@ const TRACE_RATE: f64 = 50.0;
 const RUN_UP: [f64; 2] = [0.8, 0.4];
 /// How far a wheel turns at most in what counts as a standstill \[rad\].
 const STILL: f64 = 3e-3;
-/// Rows of a log between two standstills that are one stop.
-const CREEPING_ROWS: usize = 5;
 /// Standstill in a log after which wheels may have coasted \[s\].
 const STOP: f64 = 0.3;
 
@@ -199,12 +197,12 @@ impl Coasting {
             let way = encoder[from] - way_began;
             let long = time[until] - time[from] >= STOP || next == rows;
             // A controller that creeps up on its goal makes one stop look like two.
-            let still_there = found.last().is_some_and(|stop: &Coasting| from <= stop.until + CREEPING_ROWS);
-            if long && (way.abs() > 3.0 * STILL || still_there) {
+            let still_there = !found.is_empty() && way.abs() <= 3.0 * STILL;
+            if long && (still_there || way.abs() > 3.0 * STILL) {
                 let [coast, stand] = COASTING;
                 let began = (time[until] - coast - stand).max(time[from]);
                 let lasts = (time[until] - began).min(coast).max(1e-3);
-                let before = if still_there { found.pop() } else { None };
+                let before: Option<Coasting> = if still_there { found.pop() } else { None };
                 let direction = before.map_or(way.signum(), |stop| stop.direction);
                 found.push(Coasting { from, until, began, lasts, direction });
                 way_began = encoder[until];
