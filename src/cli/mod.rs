@@ -5,6 +5,7 @@ mod certify;
 mod challenge;
 mod check;
 mod drive;
+mod effects;
 mod experiment;
 mod init;
 mod options;
@@ -44,6 +45,8 @@ enum Command {
     Certify(certify::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
+    /// List the effects: every cause that a diagnosis can name and that --set puts into a scene
+    Effects(effects::Arguments),
 }
 
 /// How a command ended that did what was asked for.
@@ -71,6 +74,7 @@ impl Cli {
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Methods) => print!("{}", text::methods()),
+            Some(Command::Effects(arguments)) => effects::run(&arguments)?,
         }
         Ok(Outcome::Done)
     }

@@ -14,6 +14,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const TRACE_RATE: f64 = 50.0;
 /// Time over which wheels that were turning when a log began are brought to their speed, and then held at it \[s\].
 const RUN_UP: [f64; 2] = [0.8, 0.4];
+/// How far a wheel turns at most in what counts as a standstill \[rad\].
+const STILL: f64 = 3e-3;
 /// Standstill in a log after which wheels may have coasted \[s\].
 const STOP: f64 = 0.3;
 
@@ -87,44 +89,26 @@ impl Rotation {
             None => log.sides(row, counted)[usize::from(wheel.side == Side::Right)],
         };
         let drivetrain = &scene.robot.drivetrain;
+        let encoder: Vec<f64> =
+            (0..log.len()).map(|row| (counts(row) - counts(0)) / (1.0 - wheel.count_loss)).collect();
+        let overrun = drivetrain.stop_overrun;
+        let coastings = if overrun > 0.0 { Coasting::all(&log.time, &encoder) } else { Vec::new() };
         let mut play = Play::new(drivetrain.backlash);
         let mut angle = vec![0.0];
+        let mut coasted = coastings.iter().peekable();
         for row in 1..log.len() {
-            let encoder = (counts(row) - counts(row - 1)) / (1.0 - wheel.count_loss);
-            angle.push(angle[row - 1] + play.wheel(encoder));
-        }
-        let rotation = Rotation { time: log.time.clone(), angle };
-        if drivetrain.stop_overrun > 0.0 { rotation.coasting(drivetrain.stop_overrun) } else { rotation }
-    }
-
-    /// Adds what the counts leave out: after each stop a way of `overrun` \[rad\] on in the direction of the last way.
-    fn coasting(mut self, overrun: f64) -> Rotation {
-        let rows = self.time.len();
-        let still = 3e-3;
-        let mut row = 0;
-        let mut way_began = self.angle[0];
-        while row < rows {
-            let stopped = (row..rows).take_while(|&next| (self.angle[next] - self.angle[row]).abs() < still).last();
-            let until = stopped.unwrap_or(row);
-            let way = self.angle[row] - way_began;
-            let ends_log = until + 1 == rows;
-            if self.time[until] - self.time[row] >= STOP && way.abs() > 3.0 * still
-                || ends_log && way.abs() > 3.0 * still
-            {
-                // Coasting is the last thing that happens before the wheels go on.
-                let [coast, stand] = COASTING;
-                let began = (self.time[until] - coast - stand).max(self.time[row]);
-                let lasts = (self.time[until] - began).clamp(1e-3, coast);
-                for next in row..rows {
-                    let part = ((self.time[next] - began) / lasts).clamp(0.0, 1.0);
-                    let part = if next > until { 1.0 } else { part };
-                    self.angle[next] += way.signum() * overrun * (part - (TAU * part).sin() / TAU);
-                }
-                way_began = self.angle[until];
+            // What takes the play up while nobody counts is on no log, and is taken up all the same.
+            if let Some(coasting) = coasted.next_if(|coasting| coasting.until < row) {
+                play.encoder(coasting.direction * overrun);
             }
-            row = until + 1;
+            angle.push(angle[row - 1] + play.wheel(encoder[row] - encoder[row - 1]));
         }
-        self
+        for coasting in &coastings {
+            for (angle, &time) in angle.iter_mut().zip(&log.time).skip(coasting.from) {
+                *angle += coasting.direction * overrun * coasting.part(time);
+            }
+        }
+        Rotation { time: log.time.clone(), angle }
     }
 
     /// \[rad\]
@@ -135,12 +119,14 @@ impl Rotation {
         self.angle[after - 1] + part * (self.angle[after] - self.angle[after - 1])
     }
 
-    /// Speed in the first tenth of a second \[rad/s\]; 0 where it begins at rest.
+    /// Speed where the log begins \[rad/s\]; 0 where it begins at rest. Two tenths of a second tell one from a wheel that is
+    /// only just setting off: their mean speeds on a line, back to the beginning.
     fn initial_speed(&self) -> f64 {
-        let until = self.time[0] + 0.1;
-        let row = self.time.partition_point(|&t| t <= until).clamp(2, self.time.len()) - 1;
-        let first = self.angle[1] - self.angle[0];
-        if first == 0.0 { 0.0 } else { (self.angle[row] - self.angle[0]) / (self.time[row] - self.time[0]).max(1e-6) }
+        let began = self.time[0];
+        let first = (self.at(began + 0.1) - self.angle[0]) / 0.1;
+        let second = (self.at(began + 0.2) - self.at(began + 0.1)) / 0.1;
+        let speed = 1.5 * first - 0.5 * second;
+        if speed.abs() < 0.05 + 0.3 * second.abs() { 0.0 } else { speed }
     }
 
     /// Rotation at `time` < 0 before the log \[rad\]: up to the initial speed, then at it.
@@ -151,6 +137,59 @@ impl Rotation {
         let whole = speed * (0.5 * ramp + hold);
         let way = if since < ramp { 0.5 * speed / ramp * since * since } else { speed * (since - 0.5 * ramp) };
         way - whole
+    }
+}
+
+/// A stop in a log, in which the wheel went on while nobody counted.
+struct Coasting {
+    /// First and last row of the standstill.
+    from: usize,
+    until: usize,
+    /// When it went on, and how long \[s\].
+    began: f64,
+    lasts: f64,
+    /// ±1: that of the way before the stop.
+    direction: f64,
+}
+
+impl Coasting {
+    /// After each way that ends in a standstill: there is one on with the way's direction, as the last thing that happens
+    /// before the wheel moves again.
+    fn all(time: &[f64], encoder: &[f64]) -> Vec<Coasting> {
+        let mut found = Vec::new();
+        let rows = time.len();
+        let mut from = 0;
+        let mut way_began = encoder[0];
+        while from < rows {
+            let still = |row: &usize| (encoder[*row] - encoder[from]).abs() < STILL;
+            let mut until = (from..rows).take_while(still).last().unwrap_or(from);
+            let next = until + 1;
+            // The first rows of the next way are within STILL too.
+            while until > from && (encoder[until] - encoder[until - 1]).abs() > 0.1 * STILL {
+                until -= 1;
+            }
+            let way = encoder[from] - way_began;
+            let long = time[until] - time[from] >= STOP || next == rows;
+            // A controller that creeps up on its goal makes one stop look like two.
+            let still_there = !found.is_empty() && way.abs() <= 3.0 * STILL;
+            if long && (still_there || way.abs() > 3.0 * STILL) {
+                let [coast, stand] = COASTING;
+                let began = (time[until] - coast - stand).max(time[from]);
+                let lasts = (time[until] - began).min(coast).max(1e-3);
+                let before: Option<Coasting> = if still_there { found.pop() } else { None };
+                let direction = before.map_or(way.signum(), |stop| stop.direction);
+                found.push(Coasting { from, until, began, lasts, direction });
+                way_began = encoder[until];
+            }
+            from = next;
+        }
+        found
+    }
+
+    /// How much of it is done at `time` \[s\]: a cosine's rise and fall of the speed, complete when the wheel moves again.
+    fn part(&self, time: f64) -> f64 {
+        let part = ((time - self.began) / self.lasts).clamp(0.0, 1.0);
+        part - (TAU * part).sin() / TAU
     }
 }
 

@@ -148,6 +148,7 @@ pub fn run(
         if done {
             break;
         }
+        overrun.carry(&mut world, time);
         world.step().map_err(in_world)?;
     }
     let wall = began.elapsed() - watching;
@@ -236,8 +237,8 @@ struct Overrun {
     /// The driver's leg, and the wheels' angles where it began.
     leg: usize,
     began_at: Vec<f64>,
-    /// When coasting began, and the counts then.
-    since: Option<(f64, Vec<i64>)>,
+    /// When coasting began, and the counts and angles then.
+    since: Option<(f64, Vec<i64>, Vec<f64>)>,
     direction: Vec<f64>,
     /// Counts that the controller never got.
     lost: Vec<i64>,
@@ -273,12 +274,25 @@ impl Overrun {
             self.direction[wheel] = (world.wheel_angle(wheel) - self.began_at[wheel]).signum();
         }
         let counts = (0..self.direction.len()).map(|wheel| world.ticks_now(wheel)).collect();
-        self.since = Some((time, counts));
+        let angles = (0..self.direction.len()).map(|wheel| world.wheel_angle(wheel)).collect();
+        self.since = Some((time, counts, angles));
+    }
+
+    /// Takes coasting wheels along in the coming step. What carries them on is not the motor: a speed loop would leave up to
+    /// a quarter of the way to dry friction. Its commands go along all the same, so that it holds the wheels where they end.
+    fn carry(&self, world: &mut World, time: f64) {
+        let Some((began, _, angles)) = &self.since else { return };
+        let [coast, _] = COASTING;
+        let part = ((time + world.scene().time_step - began) / coast).clamp(0.0, 1.0);
+        let way = self.angle * (part - (TAU * part).sin() / TAU);
+        for (wheel, (angle, direction)) in angles.iter().zip(&self.direction).enumerate() {
+            world.follow(wheel, angle + direction * way);
+        }
     }
 
     /// Commands coasting wheels; whether they coast.
     fn coasts(&mut self, world: &mut World, logger: &mut Logger, time: f64) -> bool {
-        let Some((began, counts)) = &self.since else { return false };
+        let Some((began, counts, _)) = &self.since else { return false };
         let since = time - began;
         let [coast, stand] = COASTING;
         logger.held = true;
@@ -294,6 +308,7 @@ impl Overrun {
             self.lost[wheel] += lost;
             logger.zero[wheel] += lost;
             self.began_at[wheel] = world.wheel_angle(wheel);
+            world.release(wheel);
         }
         logger.held = false;
         self.lasted += since;

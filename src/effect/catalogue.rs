@@ -171,6 +171,9 @@ pub static EFFECTS: [Effect; 21] = [
         choice: None,
         applies: always,
         edit: |scene, values, _| {
+            if values[0] == 0.0 {
+                return; // there and back through polar coordinates would cost a last bit
+            }
             let floor = &mut scene.floor;
             let of = |gradient: f64, heading: f64| (gradient * heading.cos(), gradient * heading.sin());
             let (x, y) = of(floor.gradient, floor.downhill_heading);
@@ -198,6 +201,9 @@ pub static EFFECTS: [Effect; 21] = [
         choice: None,
         applies: |scene| scene.floor.plane.is_some(),
         edit: |scene, values, _| {
+            if values[3] == 1.0 {
+                return;
+            }
             let shape = RegionShape::Disc { x: values[0], y: values[1], radius: values[2] };
             let plane = scene.floor.plane.map_or(1.0, |plane| plane.grip_ratio);
             let grip_ratio = scene.floor.grip_ratio_at(values[0], values[1]) / plane * values[3];
@@ -216,7 +222,7 @@ pub static EFFECTS: [Effect; 21] = [
         edit: |scene, values, choice| {
             let side = if choice == "left" { Side::Left } else { Side::Right };
             for wheel in scene.robot.wheels.iter_mut().filter(|wheel| wheel.side == side) {
-                wheel.count_loss = 1.0 - (1.0 - wheel.count_loss) * (1.0 - values[0]);
+                wheel.count_loss += values[0] * (1.0 - wheel.count_loss);
             }
         },
     },
@@ -367,6 +373,9 @@ fn shift_centre_of_mass(scene: &mut Scene, x: f64, y: f64) {
 /// k² = ((1 + ratio)(1 + k₀²(l/b)²) − 1)/(l/b)²; on one axle, where friction does not move it, through the lateral place of
 /// the wheels.
 fn change_effective_track(scene: &mut Scene, ratio: f64) {
+    if ratio == 0.0 {
+        return; // there and back through k² would cost a last bit
+    }
     let (b, l) = (scene.robot.track_width(), scene.robot.wheelbase());
     if l == 0.0 {
         let middle = scene.robot.wheels.iter().map(|wheel| wheel.base_from_wheel.translation.y).sum::<f64>()

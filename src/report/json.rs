@@ -2,6 +2,7 @@
 
 use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Parameter, Score};
 use crate::drive::SimulatedRun;
+use crate::effect::{Choice, Effect, Prior};
 use crate::experiment::{Experiment, MethodResult, SideResult, Stage};
 use crate::geometry::Pose2;
 use crate::odometry::OdometryCorrection;
@@ -237,6 +238,57 @@ impl From<&Calibration> for CalibrationJson {
             best: calibration.best().map(|best| best.method.name),
             held_out_by: if calibration.held_out_by_name { "dataset" } else { "folds by run" },
             model_is_enough: calibration.model_is_enough(),
+        }
+    }
+}
+
+/// `effects --json`: one entry of the registry.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectJson {
+    effect: &'static str,
+    family: &'static str,
+    cause: &'static str,
+    shown_by: &'static str,
+    source: &'static str,
+    choice: Option<&'static str>,
+    parameters: Vec<EffectParameterJson>,
+}
+
+/// One parameter of an effect; its name carries its unit.
+#[derive(Debug, Clone, Serialize)]
+pub struct EffectParameterJson {
+    name: &'static str,
+    meaning: &'static str,
+    least: f64,
+    greatest: f64,
+    prior: &'static str,
+    prior_mean: Option<f64>,
+    prior_std_dev: Option<f64>,
+}
+
+impl EffectJson {
+    /// The entry of `effect`.
+    pub fn new(effect: &Effect) -> EffectJson {
+        let parameters = effect.parameters.iter().map(|parameter| {
+            let (prior, prior_mean, prior_std_dev) = match parameter.prior {
+                Prior::Normal { mean, std_dev } => ("normal", Some(mean), Some(std_dev)),
+                Prior::HalfNormal { std_dev } => ("half_normal", None, Some(std_dev)),
+                Prior::AnyHeading => ("any_heading", None, None),
+                Prior::OnPath => ("on_path", None, None),
+                Prior::Known(value) => ("known", Some(value), None),
+            };
+            let [least, greatest] = parameter.bounds;
+            let (name, meaning) = (parameter.name, parameter.meaning);
+            EffectParameterJson { name, meaning, least, greatest, prior, prior_mean, prior_std_dev }
+        });
+        EffectJson {
+            effect: effect.id,
+            family: effect.family.as_str(),
+            cause: effect.cause,
+            shown_by: effect.shown_by,
+            source: effect.source,
+            choice: effect.choice.map(Choice::key),
+            parameters: parameters.collect(),
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::calibrate::{Calibration, CentreOfGravity, Estimate, METHODS, MethodOutcome, Parameter, Score};
 use crate::drive::SimulatedRun;
+use crate::effect::{self, EFFECTS, Prior};
 use crate::experiment::{Experiment, MethodResult, Stage};
 use crate::geometry::Pose2;
 use comfy_table::presets::{ASCII_MARKDOWN, UTF8_FULL_CONDENSED};
@@ -230,6 +231,56 @@ pub fn methods() -> String {
         table.add_row([method.name, method.source, method.needs, method.blind_to]);
     }
     format!("{table}\n")
+}
+
+/// Every effect of the registry by family: parameters with bounds and prior, cause, what shows it, source.
+pub fn effects() -> String {
+    let mut text = String::new();
+    for (index, group) in EFFECTS.chunk_by(|one, other| one.family == other.family).enumerate() {
+        if index > 0 {
+            text.push('\n');
+        }
+        heading(&mut text, Style::Terminal, group[0].family.as_str());
+        let header = ["effect", "parameters", "bounds", "prior", "cause", "shown by", "source"];
+        let mut table = table(Style::Terminal, &header);
+        for column in table.column_iter_mut() {
+            column.set_cell_alignment(CellAlignment::Left);
+        }
+        table.set_content_arrangement(ContentArrangement::Dynamic).set_width(180);
+        for effect in group {
+            let lines = |of: &dyn Fn(&effect::Parameter) -> String| {
+                effect.parameters.iter().map(of).collect::<Vec<_>>().join("\n")
+            };
+            let mut names = lines(&|parameter| parameter.name.to_owned());
+            if let Some(choice) = effect.choice {
+                names = format!("{names}\n{}", choice.key());
+            }
+            table.add_row([
+                effect.id.to_owned(),
+                names,
+                lines(&|parameter| format!("{} … {}", parameter.bounds[0], parameter.bounds[1])),
+                lines(&|parameter| prior(parameter.prior)),
+                effect.cause.to_owned(),
+                effect.shown_by.to_owned(),
+                effect.source.to_owned(),
+            ]);
+        }
+        let _ = writeln!(text, "{table}");
+    }
+    text.push_str("\n--set EFFECT.PARAMETER=VALUE puts one into a scene; x forward, y left, angles counter-clockwise; units stand in the names\n");
+    text
+}
+
+/// What is plausible of a parameter, in a word.
+fn prior(prior: Prior) -> String {
+    match prior {
+        Prior::Normal { mean: 0.0, std_dev } => format!("σ {std_dev}"),
+        Prior::Normal { mean, std_dev } => format!("{mean} ± {std_dev}"),
+        Prior::HalfNormal { std_dev } => format!("σ {std_dev}, positive"),
+        Prior::AnyHeading => "any heading".to_owned(),
+        Prior::OnPath => "on the path".to_owned(),
+        Prior::Known(value) => format!("{value}, known"),
+    }
 }
 
 /// Where one run ended, by truth, by dead reckoning and by survey.

@@ -67,6 +67,8 @@ struct RunningWheel {
     speed_loop: SpeedLoop,
     /// What the controller has got.
     ticks: i64,
+    /// What the speed loop has got.
+    prompt_ticks: i64,
     commanded_speed: f64,
     /// Where the wheel is to be at the end of the step, when it follows a log instead of its motor \[rad\].
     follows: Option<f64>,
@@ -131,6 +133,7 @@ impl World {
                 counter: Counter::new(&robot.encoder, wheel.count_loss),
                 speed_loop: SpeedLoop::new(&robot.drivetrain, &robot.encoder),
                 ticks: 0,
+                prompt_ticks: 0,
                 commanded_speed: 0.0,
                 follows: None,
                 voltage: 0.0,
@@ -201,6 +204,11 @@ impl World {
     /// takes acts on wheel and chassis, as a motor's would.
     pub fn follow(&mut self, wheel: usize, angle: f64) {
         self.wheels[wheel].follows = Some(angle);
+    }
+
+    /// Gives a wheel that followed back to its motor.
+    pub fn release(&mut self, wheel: usize) {
+        self.wheels[wheel].follows = None;
     }
 
     /// What the controller has got from a wheel's encoder: quantised, and late by the latency.
@@ -295,10 +303,13 @@ impl World {
         for wheel in &mut self.wheels {
             if read {
                 wheel.ticks = wheel.counter.read(wheel.encoder_angle);
+                wheel.prompt_ticks = wheel.counter.count(wheel.encoder_angle);
             }
             if run_loop {
-                wheel.voltage =
-                    wheel.speed_loop.voltage(&self.scene.robot.drivetrain, wheel.commanded_speed, wheel.ticks);
+                // The speed loop sits at the encoder; what is late is the way from there to the controller. A loop as quick
+                // as this one would shake the robot on counts a twentieth of a second old.
+                let drivetrain = &self.scene.robot.drivetrain;
+                wheel.voltage = wheel.speed_loop.voltage(drivetrain, wheel.commanded_speed, wheel.prompt_ticks);
             }
         }
     }

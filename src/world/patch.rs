@@ -7,9 +7,10 @@
 //! - A bristle at (ξ, η) slips over the ground with v = v_patch + ω_n × r, turn slip included.
 //! - ∂u/∂t = −v + V_roll ∂u/∂ξ for its deflection u, and u = 0 where rubber enters. Rolling backwards it enters at the
 //!   other end; standing still it is not carried at all.
-//! - The traction k·u is cut back to the friction ellipse with half axes μ_x p, μ_y p along the ellipse's normal, so that
-//!   rubber slides where friction resists least (maximum dissipation): on a tread that grips unequally the force is not
-//!   opposite to the slip, and a skid-steered robot's effective track goes with k² = (μ_y/μ_x)².
+//! - The traction k·u is cut back to the friction ellipse with half axes μ_x p, μ_y p, along its normal there: a bristle
+//!   that slides with s dissipates the most that it can, f = −p (μ_x² s_x, μ_y² s_y)/√(μ_x² s_x² + μ_y² s_y²). On a circle
+//!   this is the radial return, f against s; on an ellipse a radial return would leave b_eff/b = 1 + (l/b)² whatever
+//!   μ_y/μ_x, where it is 1 + (μ_y/μ_x)² (l/b)².
 //!
 //! Transport is upwind and implicit in time, so that it is stable at any speed; its steady state has the full brush
 //! model's force at small slip exactly, by the choice of k, and at full sliding exactly. Known differences from a real
@@ -45,15 +46,44 @@ const LOAD_SHARE: [f64; CELLS_ALONG] = {
 
 type Row = [f64; CELLS_ACROSS];
 
-/// Factors on a traction (f, g) outside the friction ellipse that bring it back along the ellipse's normal: one step towards
-/// it, and what is left along the radius, which is of second order in the way back.
-fn return_factors(f: f64, g: f64, inverse_along: f64, inverse_across: f64, saturation: f64) -> [f64; 2] {
-    let (ix, iy) = (inverse_along * inverse_along, inverse_across * inverse_across);
-    let steepness = (f * ix).powi(2) + (g * iy).powi(2);
-    let way = saturation / steepness * (1.0 - 1.0 / saturation.sqrt());
-    let factors = [(1.0 - way * ix).max(0.0), (1.0 - way * iy).max(0.0)];
-    let left = ((f * factors[0]).powi(2) * ix + (g * factors[1]).powi(2) * iy).sqrt();
-    factors.map(|factor| factor / left)
+/// Steps of the search for the nearest point of an ellipse: from 10 % outside, as a step leaves it, two reach 10⁻⁹.
+const SEARCH_STEPS: usize = 3;
+
+/// A friction limit: half axes of an ellipse, each as its inverse, 0 for no limit.
+#[derive(Clone, Copy)]
+struct Limit {
+    inverse_along: f64,
+    inverse_across: f64,
+    /// (μ_y/μ_x)²
+    ratio_squared: f64,
+}
+
+impl Limit {
+    /// Factors on a force (f, g) along and across that bring it into the limit: 1 inside. `ELLIPSE` is whether the two
+    /// half axes differ.
+    #[inline(always)]
+    fn back<const ELLIPSE: bool>(&self, f: f64, g: f64) -> [f64; 2] {
+        let (x, y) = ((f * self.inverse_along).powi(2), (g * self.inverse_across).powi(2));
+        let radial = |saturation: f64| if saturation > 1.0 { 1.0 / saturation.sqrt() } else { 1.0 };
+        if !ELLIPSE {
+            let back = radial(x + y);
+            return [back, back];
+        }
+        // The nearest point is (f/(1 + λ), g k²/(k² + λ)) with λ ≥ 0 such that it lies on the ellipse; one over the root of
+        // its saturation is concave in λ and nearly straight, so that Newton's steps come from below and are few.
+        let k2 = self.ratio_squared;
+        let mut lambda = 0.0;
+        for _ in 0..SEARCH_STEPS {
+            let (p, q) = (1.0 / (1.0 + lambda), k2 / (k2 + lambda));
+            let (of_x, of_y) = (x * p * p, y * q * q);
+            let saturation = (of_x + of_y).max(1.0);
+            let slope = of_x * p + of_y * q / k2;
+            lambda += if saturation > 1.0 { saturation * (saturation.sqrt() - 1.0) / slope } else { 0.0 };
+        }
+        let (p, q) = (1.0 / (1.0 + lambda), k2 / (k2 + lambda));
+        let rest = radial(x * p * p + y * q * q);
+        [p * rest, q * rest]
+    }
 }
 
 /// The bristles of one patch.
@@ -113,6 +143,23 @@ impl Patch {
         motion: &PatchMotion,
         dt: f64,
     ) -> PatchForce {
+        // Two versions, so that the common circle pays nothing for the ellipse.
+        if tyre.friction_along == tyre.friction_across {
+            self.carry::<false>(tyre, load, squash, grip, motion, dt)
+        } else {
+            self.carry::<true>(tyre, load, squash, grip, motion, dt)
+        }
+    }
+
+    fn carry<const ELLIPSE: bool>(
+        &mut self,
+        tyre: &Tyre,
+        load: f64,
+        squash: f64,
+        grip: f64,
+        motion: &PatchMotion,
+        dt: f64,
+    ) -> PatchForce {
         let a = tyre.contact_half_length(squash);
         self.half_length = a;
         let cell_length = 2.0 * a / CELLS_ALONG as f64;
@@ -124,7 +171,6 @@ impl Patch {
         let carried = motion.rolling.abs() * dt / cell_length;
         let keep = 1.0 / (1.0 + carried);
         let forward = motion.rolling >= 0.0;
-        let isotropic = tyre.friction_along == tyre.friction_across;
 
         let mut force = PatchForce::default();
         let (mut entering_along, mut entering_across) = ([0.0; CELLS_ACROSS], [0.0; CELLS_ACROSS]);
@@ -135,6 +181,8 @@ impl Patch {
             let (limit_along, limit_across) = (tyre.friction_along * limit, tyre.friction_across * limit);
             let (inverse_along, inverse_across) =
                 if limit > 0.0 { (1.0 / limit_along, 1.0 / limit_across) } else { (0.0, 0.0) };
+            let ratio_squared = (tyre.friction_across / tyre.friction_along).powi(2);
+            let limit = Limit { inverse_along, inverse_across, ratio_squared };
             let slip_across = motion.slip_across + motion.spin * xi;
             for j in 0..CELLS_ACROSS {
                 let eta = cell_width * (j as f64 - 0.5 * (CELLS_ACROSS - 1) as f64);
@@ -142,24 +190,16 @@ impl Patch {
                 let (old_along, old_across) = (self.along[i][j], self.across[i][j]);
                 let mut u = (old_along + carried * entering_along[j] - slip_along * dt) * keep;
                 let mut v = (old_across + carried * entering_across[j] - slip_across * dt) * keep;
-                // Return to the friction ellipse, along its normal.
-                let saturation = (stiffness * u * inverse_along).powi(2) + (stiffness * v * inverse_across).powi(2);
-                if saturation > 1.0 {
-                    let [along, across] = if isotropic {
-                        [1.0 / saturation.sqrt(); 2]
-                    } else {
-                        return_factors(stiffness * u, stiffness * v, inverse_along, inverse_across, saturation)
-                    };
-                    u *= along;
-                    v *= across;
-                }
+                // Back to the friction ellipse.
+                let [back_along, back_across] = limit.back::<ELLIPSE>(stiffness * u, stiffness * v);
+                u *= back_along;
+                v *= back_across;
                 // Damping of the bristle's own motion, again inside the ellipse.
                 let mut f = stiffness * (u + damping * (u - old_along));
                 let mut g = stiffness * (v + damping * (v - old_across));
-                let saturation = (f * inverse_along).powi(2) + (g * inverse_across).powi(2);
-                let back = if saturation > 1.0 { 1.0 / saturation.sqrt() } else { 1.0 };
-                f *= back;
-                g *= back;
+                let [back_along, back_across] = limit.back::<ELLIPSE>(f, g);
+                f *= back_along;
+                g *= back_across;
                 self.along[i][j] = u;
                 self.across[i][j] = v;
                 entering_along[j] = u;

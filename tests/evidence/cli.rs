@@ -391,3 +391,40 @@ fn certify_answers_in_json_and_by_exit_code() {
     refused(folder.path(), &["certify", "leo", "--time-step", "0.01"], &["rate_hz is 200 Hz", "whole number of steps"]);
     refused(folder.path(), &["certify", "leo", "--out", "certified"], &["certified: exists already"]);
 }
+
+/// `effects` is the registry, as a table of families and as JSON.
+#[test]
+fn effects_lists_the_registry() {
+    use treadmark::effect::EFFECTS;
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let print = |arguments: &[&str]| {
+        let output = treadmark(folder.path()).args(arguments).output().expect("it starts");
+        assert_eq!(output.status.code(), Some(0));
+        text(&output.stdout)
+    };
+    let table = print(&["effects"]);
+    // Long words may be broken over lines of a cell; families and short names are not.
+    for family in ["wheels and tyres", "mass", "class", "floor", "drivetrain and encoders", "survey"] {
+        assert_eq!(table.lines().filter(|line| *line == family).count(), 1, "{family}");
+    }
+    for word in ["floor_slope", "gradient", "caster_drag", "wheel_toe", "any heading", "0.65 ± 0.2", "σ 0.004", "side"]
+    {
+        assert!(table.contains(word), "{word} in\n{table}");
+    }
+    let json: Value = serde_json::from_str(&print(&["effects", "--json"])).expect("stdout is JSON alone");
+    let entries = json.as_array().expect("a list");
+    assert_eq!(entries.len(), EFFECTS.len());
+    for (entry, effect) in entries.iter().zip(&EFFECTS) {
+        assert_eq!(entry["effect"], effect.id);
+        assert_eq!(entry["family"], effect.family.as_str());
+        for key in ["cause", "shown_by", "source"] {
+            assert!(entry[key].as_str().is_some_and(|text| !text.is_empty()), "{} {key}", effect.id);
+        }
+        let parameters = entry["parameters"].as_array().expect("a list");
+        assert_eq!(parameters.len(), effect.parameters.len());
+        for (entry, parameter) in parameters.iter().zip(effect.parameters) {
+            assert_eq!(entry["name"], parameter.name);
+            assert_eq!(entry["least"].as_f64(), Some(parameter.bounds[0]));
+        }
+    }
+}

@@ -8,6 +8,7 @@ mod certify;
 mod check;
 mod cli;
 mod dataset;
+mod effects;
 mod ground;
 mod literature;
 mod property;
