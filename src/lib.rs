@@ -45,7 +45,8 @@
 //!
 //! Reading order is data order. Two wings, simulation and inference, meet at one waist, the dataset.
 //!
-//! - Ground floor, plain data without an engine: [`geometry`], [`odometry`], [`dataset`] (the waist), [`scene`].
+//! - Ground floor, plain data without an engine: [`geometry`], [`odometry`], [`dataset`] (the waist), [`import`] (a real
+//!   robot's recordings → dataset), [`scene`].
 //! - Simulation wing: [`world`] (scene → rapier, one step at a time), [`drive`] (protocols, the driver, one run).
 //! - Inference wing: [`calibrate`].
 //! - Compositions and outlets: [`experiment`], [`report`], `recording` (feature `recording`), [`cli`].
@@ -56,8 +57,8 @@
 //!
 //! 1. `calibrate` imports neither `world` nor `drive`: methods see data, never a simulated truth.
 //! 2. The driver receives ticks, never poses.
-//! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, rerun in `recording`, clap and
-//!    anyhow in `cli` and `main`.
+//! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, `mcap` and `cdr_encoding` in
+//!    `import`, rerun in `recording`, clap and anyhow in `cli` and `main`.
 //! 4. A [`Scene`](scene::Scene) is immutable and complete: the same scene, protocol and seed give the same bits. Set-up
 //!    and running state are two types (`Scene` → `World`, `Protocol` → `Driver`), so runs go side by side on threads.
 //!
@@ -87,6 +88,7 @@ pub mod dataset;
 pub mod drive;
 pub mod experiment;
 pub mod geometry;
+pub mod import;
 pub mod odometry;
 #[cfg(feature = "recording")]
 pub mod recording;

@@ -4,6 +4,8 @@ mod calibrate;
 mod check;
 mod drive;
 mod experiment;
+mod export;
+mod import;
 mod init;
 mod options;
 mod output;
@@ -32,6 +34,10 @@ enum Command {
     Drive(drive::Arguments),
     /// Write a campaign to fill in, with instructions how to mark, drive, measure and note
     Init(init::Arguments),
+    /// Make a dataset of recordings of a real robot: rosbag2/MCAP bags, tables, TUM trajectories
+    Import(import::Arguments),
+    /// Write surveyed and dead-reckoned paths as TUM trajectories, for evo and others
+    Export(export::Arguments),
     /// Say in plain words what looks wrong with a dataset, before anyone calculates; exit code 1 if anything does
     Check(check::Arguments),
     /// Find wheel diameters and track from measured or simulated datasets, by every published method
@@ -60,6 +66,8 @@ impl Cli {
             Some(Command::Experiment(arguments)) => experiment::run(&arguments)?,
             Some(Command::Drive(arguments)) => drive::run(&arguments)?,
             Some(Command::Init(arguments)) => init::run(&arguments)?,
+            Some(Command::Import(arguments)) => import::run(&arguments)?,
+            Some(Command::Export(arguments)) => export::run(&arguments)?,
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
             Some(Command::Methods) => print!("{}", text::methods()),

@@ -265,7 +265,7 @@ pub fn drive(run: &SimulatedRun, style: Style) -> String {
     text
 }
 
-fn table(style: Style, header: &[&str]) -> Table {
+pub(super) fn table(style: Style, header: &[&str]) -> Table {
     let mut table = Table::new();
     table.load_style(match style {
         Style::Terminal => UTF8_FULL_CONDENSED,
