@@ -8,7 +8,7 @@ Each CAMPAIGN is a folder with dataset.toml, runs.csv, encoders.csv in ticks and
 (by rosbags: lossless, its poses in a room frame; by mcap-ros2-support: zstd, big headers, tf), imported, and calibrated
 beside the original: what `treadmark calibrate` prints must be the same to the last digit, and so must every number of
 encoders.csv and poses.csv when printed as the original has it. Then all runs go into one bag with standstills between
-them, and must be cut and recognised as what the original says. Last, an exported run is read by evo.
+them, and must be cut and its squares recognised as what the original says. Last, an exported run is read by evo.
 """
 
 import csv
@@ -266,7 +266,8 @@ def check(binary, folder, work):
             began = ended + 60 * 10**9
             bags.append(path if path.is_dir() else path.with_suffix(".mcap"))
         for how, extra in [("recognised", nominal), ("stated", ["--runs", folder / "runs.csv"])]:
-            if how == "recognised" and any(row["protocol"] == "path" for row in campaign.runs):
+            if how == "recognised" and any(row["protocol"] != "square" for row in campaign.runs):
+                # The real circles are spirals, two turns that shrink by a fifth: not stated, they are paths.
                 continue
             out = work / f"{name}-{library.__name__}-{how}"
             treadmark(binary, "import", *bags, "--out", out, "--whole", *library.unit, *library.options, *extra,
@@ -298,7 +299,7 @@ def check(binary, folder, work):
     cut = list(csv.DictReader((out / "runs.csv").open()))
     assert len(cut) == len(campaign.runs), f"{len(cut)} runs"
     for row, ours in zip(campaign.runs, cut, strict=True):
-        if row["protocol"] != "path":
+        if row["protocol"] == "square":
             for column in ("protocol", "side_m", "radius_m", "direction"):
                 assert float(row[column] or 0) == float(ours.get(column) or 0) if column.endswith("_m") else (
                     row[column] == ours[column]), f"{row} {ours}"
