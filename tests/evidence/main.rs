@@ -8,6 +8,7 @@ mod check;
 mod cli;
 mod dataset;
 mod ground;
+mod import;
 mod literature;
 mod property;
 mod quasi_static;
