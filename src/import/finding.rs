@@ -80,7 +80,7 @@ pub enum Finding {
     },
     /// A counter that began anew.
     #[error(
-        "{log}: counter `{channel}` jumps from {from} to {to} at {at:.3} s, faster than the wheel ever turned (an encoder that was restarted?); nothing is mended, the recording is cut there"
+        "{log}: counter `{channel}` jumps from {from} to {to} at {at:.3} s, which neither a turning wheel nor a counter that surely ran over once explains (an encoder that was restarted?); nothing is mended, the recording is cut there"
     )]
     Reset {
         /// The recording.

@@ -14,7 +14,8 @@ const LEAST_GAP: Nanoseconds = 500_000_000;
 /// No step is this many times faster than all but the fastest twentieth of steps: a wheel has inertia, and a counter
 /// that turns over or begins anew moves by its whole range at once.
 const IMPLAUSIBLE: f64 = 20.0;
-/// … and a step that is told from what a counter turns over at is none of the fastest.
+/// What is left of a step when a counter's turn is taken off is none of the fastest, and the step itself is: then the
+/// counter ran over, and did so once.
 const PLAUSIBLE: f64 = 3.0;
 /// Too few steps to know what is usual.
 const FEW: usize = 20;
@@ -155,42 +156,39 @@ fn counters(log: &mut Log, origin: Nanoseconds, findings: &mut Vec<Finding>) -> 
     let rows = &mut log.wheels.rows;
     let mut arrivals = Vec::new();
     for (channel, column) in log.wheels.channels.iter().enumerate() {
-        let duration = |pair: [&Row<Vec<f64>>; 2]| seconds((pair[1].stamp - pair[0].stamp).max(usual));
+        let range = range(rows.iter().map(|row| row.value[channel]), log.wheels.unit);
+        // The shorter way round, where a counter may have run over.
+        let folded = |step: f64| match range {
+            Some((modulus, _)) if step.abs() > 0.5 * modulus => step - modulus * step.signum(),
+            _ => step,
+        };
+        let duration = |before: &Row<Vec<f64>>, after: &Row<Vec<f64>>| seconds((after.stamp - before.stamp).max(usual));
         let mut rates: Vec<f64> = rows
             .windows(2)
-            .map(|pair| (pair[1].value[channel] - pair[0].value[channel]).abs() / duration([&pair[0], &pair[1]]))
+            .map(|pair| folded(pair[1].value[channel] - pair[0].value[channel]).abs() / duration(&pair[0], &pair[1]))
             .filter(|rate| *rate > 0.0)
             .collect();
         if rates.len() < FEW {
             continue;
         }
         rates.sort_by(f64::total_cmp);
-        let fastest = IMPLAUSIBLE * rates[rates.len() * 19 / 20];
-        let range = range(rows.iter().map(|row| row.value[channel]), log.wheels.unit);
+        let fast = rates[rates.len() * 19 / 20];
         let mut carried = 0.0;
         let mut wraps = (0, 0);
         let mut before = rows[0].value[channel];
         for index in 1..rows.len() {
             let now = rows[index].value[channel];
-            let (step, possible) = (now - before, fastest * duration([&rows[index - 1], &rows[index]]));
-            if step.abs() > possible {
-                // One turn of the counter explains it, and none and two do not.
-                let mended = range.map(|(modulus, _)| step - modulus * step.signum());
-                match (mended, range) {
-                    (Some(mended), Some((modulus, _)))
-                        if mended.abs() <= PLAUSIBLE / IMPLAUSIBLE * possible && modulus > 2.0 * possible =>
-                    {
-                        carried += mended - step;
-                        wraps = (wraps.0 + 1, if wraps.0 == 0 { index } else { wraps.1 });
-                    }
-                    _ => {
-                        let at = seconds(rows[index].stamp - origin);
-                        let log = log.name.clone();
-                        let why = format!("counter `{column}` jumps from {before} to {now} at {at:.3} s");
-                        arrivals.push((rows[index].arrival, "encoders", why));
-                        findings.push(Finding::Reset { log, channel: column.clone(), at, from: before, to: now });
-                    }
-                }
+            let (step, usual) = (now - before, fast * duration(&rows[index - 1], &rows[index]));
+            let mended = folded(step);
+            if mended != step && mended.abs() <= PLAUSIBLE * usual && step.abs() > PLAUSIBLE * usual {
+                carried += mended - step;
+                wraps = (wraps.0 + 1, if wraps.0 == 0 { index } else { wraps.1 });
+            } else if mended != step || step.abs() > IMPLAUSIBLE * usual {
+                let at = seconds(rows[index].stamp - origin);
+                let why = format!("counter `{column}` jumps from {before} to {now} at {at:.3} s");
+                arrivals.push((rows[index].arrival, "encoders", why));
+                let (log, channel) = (log.name.clone(), column.clone());
+                findings.push(Finding::Reset { log, channel, at, from: before, to: now });
             }
             before = now;
             rows[index].value[channel] = now + carried;

@@ -223,7 +223,7 @@ fn a_simulated_campaign_comes_back_from_one_bag() {
         let (log, survey) = (run.encoders.as_ref().expect("a log"), run.poses.as_ref().expect("a log"));
         let room = Pose2::new(1.0, 0.1 * index as f64, 0.3 - index as f64);
         let width = names.len();
-        let mut joints = |bag: &mut Bag, time: f64, counts: &[f64]| {
+        let joints = |bag: &mut Bag, time: f64, counts: &[f64]| {
             let stamp = began + (time * 1e9).round() as i64;
             let positions = counts.iter().zip(&zero).map(|(count, zero)| (count + zero) * radians).collect();
             let message = JointState(header(stamp, ""), names.clone(), positions, Vec::new(), Vec::new());
@@ -271,7 +271,8 @@ fn a_simulated_campaign_comes_back_from_one_bag() {
         // The first rest reading and the last may be other noise, but no other place than a survey's few millimetres.
         assert!(close(end(run), end(original), 0.03), "{:?} {:?}", run.end, original.end);
         let [ours, theirs] = [run, original].map(|run| run.dead_reckoned_end(&scene.robot.odometry).expect("a log"));
-        assert!(close(ours, theirs, 1e-9), "{}: {ours:?} {theirs:?}", run.name);
+        // A wheel stands still while it turns by no more than 0.01 rad: a fifth of that as a heading.
+        assert!(close(ours, theirs, 2e-3), "{}: {ours:?} {theirs:?}", run.name);
     }
     // Standstills hold gaps between runs only: twenty seconds less two rests of five.
     assert!(findings.iter().all(|finding| !matches!(finding, Finding::ClockJump { .. } | Finding::Reset { .. })));
@@ -441,9 +442,9 @@ fn counters_that_run_over_are_mended() {
     let expected = of(&|count| count + 64_000);
     assert!(expected.findings.is_empty(), "{:?}", expected.findings);
     for (convert, name, offset) in [
-        (&(|count| (count + 64_000) % 65_536) as &dyn Fn(i64) -> i64, "a 16-bit counter", 0),
+        (&(|count: i64| (count + 64_000) % 65_536) as &dyn Fn(i64) -> i64, "a 16-bit counter", 0),
         (&|count| i64::from((count + 31_000) as i16), "a signed 16-bit counter", 33_000),
-        (&|count| i64::from((count + 4_294_966_000) as u32), "a 32-bit counter", 64_000 - 4_294_966_000),
+        (&|count| i64::from((count + 4_294_966_000) as u32), "a 32-bit counter", 64_000_i64 - 4_294_966_000),
         (&|count| i64::from((count + 2_147_483_000) as i32), "a signed 32-bit counter", 64_000 - 2_147_483_000),
     ] {
         let mended = of(convert);
@@ -617,8 +618,11 @@ fn bad_bags_are_refused() {
     );
     check(&["--frame", "map/base"], &["--frame map/base: topic /mocap/pose never has it; it has room/"]);
     check(&["--left", "left_wheel_joint"], &["--right"]);
-    check(&["--odometry", "0.05,0.05"], &["2 numbers; it must be three or four: LEFT,RIGHT,TRACK[,TICKS]"]);
-    check(&["--odometry", "0.05,-0.05,0.4"], &["it must be a finite number above 0"]);
+    let alone = |option: &str, value: &str, parts: &[&str]| {
+        refused(folder.path(), &["import", "bag.mcap", "--out", "out", option, value], parts);
+    };
+    alone("--odometry", "0.05,0.05", &["2 numbers; it must be three or four: LEFT,RIGHT,TRACK[,TICKS]"]);
+    alone("--odometry", "0.05,-0.05,0.4", &["it must be a finite number above 0"]);
     check(&["--robot", "jnpf_4wd"], &["cannot be used with"]);
 
     // Cut off anywhere: what could be read is told, and nothing panics.
