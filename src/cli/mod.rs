@@ -35,7 +35,7 @@ enum Command {
     /// Write a campaign to fill in, with instructions how to mark, drive, measure and note
     Init(init::Arguments),
     /// Make a dataset of recordings of a real robot: rosbag2/MCAP bags, tables, TUM trajectories
-    Import(import::Arguments),
+    Import(Box<import::Arguments>),
     /// Write surveyed and dead-reckoned paths as TUM trajectories, for evo and others
     Export(export::Arguments),
     /// Say in plain words what looks wrong with a dataset, before anyone calculates; exit code 1 if anything does

@@ -377,7 +377,7 @@ fn name(runs: &mut [Found], logs: &[Log]) -> Result<(), ImportError> {
 }
 
 /// Runs are what a table states they are: by name where it names them all, else in their order.
-fn state(runs: &mut Vec<Found>, path: &Path, stated: &[Run]) -> Result<(), ImportError> {
+fn state(runs: &mut [Found], path: &Path, stated: &[Run]) -> Result<(), ImportError> {
     if stated.len() != runs.len() {
         let when = |found: &Found| match found.run.started {
             Some(started) => format!("{} at {started:.1} s", found.run.name),

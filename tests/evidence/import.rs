@@ -437,7 +437,7 @@ fn counters_that_run_over_are_mended() {
             format!("{time},{left},{right},{},{},{}", pose.x, pose.y, pose.heading)
         });
         csv(&path, "t_ns,left_ticks,right_ticks,x_m,y_m,heading_rad", rows);
-        imported(&[path.clone()], &options())
+        imported(std::slice::from_ref(&path), &options())
     };
     let expected = of(&|count| count + 64_000);
     assert!(expected.findings.is_empty(), "{:?}", expected.findings);
@@ -469,7 +469,7 @@ fn counters_that_run_over_are_mended() {
     assert_eq!((resets, cut.dataset.runs.len()), (2, 3), "{:?}", cut.findings);
     assert!(cut.findings.iter().any(|finding| matches!(finding, Finding::InMotion { when: "ends", .. })));
     let whole = Options { cut: Cut::Whole, ..options() };
-    let error = import(&[path.clone()], &whole).expect_err("it is broken").to_string();
+    let error = import(std::slice::from_ref(&path), &whole).expect_err("it is broken").to_string();
     assert!(
         error.contains("cannot be one run: counter `left` jumps from") && error.contains("without --whole"),
         "{error}"
@@ -490,7 +490,7 @@ fn clocks_and_gaps_are_told() {
             }
         }
         bag.close();
-        let Imported { dataset, findings, .. } = imported(&[path.clone()], &options());
+        let Imported { dataset, findings, .. } = imported(std::slice::from_ref(&path), &options());
         (dataset.runs.len(), findings.into_iter().filter(|finding| !matches!(finding, Finding::Took { .. })).collect())
     };
     let second = 1_000_000_000;
