@@ -85,7 +85,7 @@ pub(super) fn read(path: &Path, options: &Options, findings: &mut Vec<Finding>) 
     if dropouts > 0 {
         findings.push(Finding::Dropouts { log: name.clone(), count: dropouts });
     }
-    Ok(Log { name, path: path.to_owned(), wheels, poses, arrival_is_time: true })
+    Ok(Log { name, path: path.to_owned(), wheels, poses, own_arrivals: true })
 }
 
 /// Whether `path` is a bag.

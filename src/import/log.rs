@@ -11,7 +11,7 @@ use std::path::PathBuf;
 pub(super) struct Row<T> {
     /// By the clock of who measured.
     pub(super) stamp: Nanoseconds,
-    /// By the clock of who recorded; the line, where a file has no such clock.
+    /// By the clock of who recorded; the stamp again, where a file has no such clock (and is refused if it goes back).
     pub(super) arrival: i64,
     pub(super) value: T,
 }
@@ -25,8 +25,8 @@ pub(super) struct Log {
     pub(super) path: PathBuf,
     pub(super) wheels: Wheels,
     pub(super) poses: Vec<Row<Pose2>>,
-    /// Whether `arrival` is a time \[ns\], of wheels and poses by the same clock.
-    pub(super) arrival_is_time: bool,
+    /// Whether `arrival` is a clock of its own \[ns\], the same for wheels and poses.
+    pub(super) own_arrivals: bool,
 }
 
 /// Accumulated wheel rotation.
@@ -49,7 +49,7 @@ impl Log {
             path: self.path.clone(),
             wheels: wheels.map(seconds),
             poses: poses.map(seconds),
-            log_clock: self.arrival_is_time,
+            log_clock: self.own_arrivals,
         })
     }
 }

@@ -46,8 +46,8 @@ pub(super) fn mend(log: &mut Log, findings: &mut Vec<Finding>) -> Vec<Break> {
     }
     let origin = log.wheels.rows.first().map_or(0, |row| row.stamp);
     let mut found = Vec::new();
-    let mut arrivals = jumps(&name, "encoders", origin, &log.wheels.rows, log.arrival_is_time, &mut found);
-    arrivals.extend(jumps(&name, "poses", origin, &log.poses, log.arrival_is_time, &mut found));
+    let mut arrivals = jumps(&name, "encoders", origin, &log.wheels.rows, log.own_arrivals, &mut found);
+    arrivals.extend(jumps(&name, "poses", origin, &log.poses, log.own_arrivals, &mut found));
     gaps(&name, "encoders", origin, &log.wheels.rows, &mut found);
     gaps(&name, "poses", origin, &log.poses, &mut found);
     arrivals.extend(counters(log, origin, &mut found));
@@ -75,7 +75,7 @@ fn breaks(log: &Log, mut places: Vec<Place>) -> Vec<Break> {
         let row = log.wheels.rows.partition_point(|row| row.arrival < *arrival);
         let pose = log.poses.partition_point(|row| row.arrival < *arrival);
         match breaks.last_mut() {
-            Some((last, known)) if *arrival - last.0 < if log.arrival_is_time { ONE_BREAK } else { 1 } => {
+            Some((last, known)) if *arrival - last.0 < if log.own_arrivals { ONE_BREAK } else { 1 } => {
                 if *stream == "poses" && last.1 != *stream {
                     known.pose = pose;
                 } else if last.1 != *stream {
@@ -111,7 +111,7 @@ fn jumps<T>(
     stream: &'static str,
     origin: Nanoseconds,
     rows: &[Row<T>],
-    arrival_is_time: bool,
+    own_arrivals: bool,
     findings: &mut Vec<Finding>,
 ) -> Vec<Place> {
     let usual = usual_interval(rows);
@@ -119,9 +119,9 @@ fn jumps<T>(
     for pair in rows.windows(2) {
         let step = pair[1].stamp - pair[0].stamp;
         let waited = pair[1].arrival - pair[0].arrival;
-        let ahead = arrival_is_time && is_gap(step, usual) && waited < step / 2;
+        let ahead = own_arrivals && is_gap(step, usual) && waited < step / 2;
         if step < 0 || ahead {
-            let by = seconds(if arrival_is_time { step - waited } else { step });
+            let by = seconds(if own_arrivals { step - waited } else { step });
             let finding = Finding::ClockJump { log: log.to_owned(), stream, at: seconds(pair[0].stamp - origin), by };
             arrivals.push((pair[1].arrival, stream, format!("the clock of the {stream} jumps by {by:+.3} s")));
             findings.push(finding);

@@ -289,10 +289,8 @@ fn together(parts: Vec<Part>, options: &Options) -> Result<Vec<Log>, ImportError
             return Err(ImportError::Lacks { path, lacks: "poses" });
         }
         let name = if alone { common_stem(&path) } else { name };
-        // A pose that stands in the row of its encoders shares their line; poses of a file of their own share nothing,
-        // but such files never go back in time and so never break.
         let poses = poses.filter(|_| options.pose != PoseSource::Nowhere).map_or(Vec::new(), |(_, rows)| rows);
-        logs.push(Log { name, path, wheels, poses, arrival_is_time: false });
+        logs.push(Log { name, path, wheels, poses, own_arrivals: false });
     }
     Ok(logs)
 }

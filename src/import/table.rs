@@ -128,7 +128,7 @@ pub(super) fn read(path: &Path, text: &str, map: &[(String, String)]) -> Result<
             return Err(fails(line, TableProblem::TimeGoesBack { before, after }));
         }
         last = Some(stamp);
-        let arrival = i64::try_from(line).unwrap_or(i64::MAX);
+        let arrival = stamp;
         if let Some(wheels) = &mut wheels {
             let mut counts = Vec::with_capacity(wheels.channels.len());
             for column in &columns {

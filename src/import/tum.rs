@@ -35,6 +35,10 @@ pub(super) fn read(path: &Path, text: &str) -> Result<(Vec<Row<Pose2>>, usize), 
             })
         };
         let stamp = stamp::scaled(cells[0], 9).ok_or_else(|| not_allowed(0))?;
+        if let Some(before) = rows.last().map(|row| row.stamp).filter(|before| *before > stamp) {
+            let (before, after) = (stamp::seconds(before), stamp::seconds(stamp));
+            return Err(fails(TableProblem::TimeGoesBack { before, after }));
+        }
         let mut numbers = [0.0; 7];
         for (index, number) in numbers.iter_mut().enumerate() {
             *number = cells[index + 1].parse().map_err(|_| not_allowed(index + 1))?;
@@ -42,7 +46,7 @@ pub(super) fn read(path: &Path, text: &str) -> Result<(Vec<Row<Pose2>>, usize), 
         let [x, y, z, qx, qy, qz, qw] = numbers;
         let pose = above.see([x, y, z], [qx, qy, qz, qw]);
         if let Planar::Pose(value) = pose.map_err(|problem| fails(TableProblem::Pose(problem)))? {
-            rows.push(Row { stamp, arrival: number as i64, value });
+            rows.push(Row { stamp, arrival: stamp, value });
         }
     }
     above.check().map_err(|problem| ImportError::Table {

@@ -468,6 +468,25 @@ fn counters_that_run_over_are_mended() {
     let resets = cut.findings.iter().filter(|finding| matches!(finding, Finding::Reset { .. })).count();
     assert_eq!((resets, cut.dataset.runs.len()), (2, 3), "{:?}", cut.findings);
     assert!(cut.findings.iter().any(|finding| matches!(finding, Finding::InMotion { when: "ends", .. })));
+    // Poses of a file of their own, read at half the rate, are cut at the same time.
+    let halved: Vec<Reading> = readings.iter().step_by(2).copied().collect();
+    let wheels = csv(
+        &folder.path().join("wheels.csv"),
+        "t_ns,left_ticks,right_ticks",
+        readings.iter().enumerate().map(|(row, (time, [left, right], _))| {
+            let zero = if row >= middle { ticks(readings[middle].1[0]) } else { -20_000 };
+            format!("{time},{},{}", ticks(*left) - zero, ticks(*right) - zero)
+        }),
+    );
+    let apart = imported(&[wheels, tum(&folder.path().join("poses.tum"), &halved)], &options()).dataset;
+    assert_eq!(apart.runs.len(), cut.dataset.runs.len());
+    for (run, expected) in apart.runs.iter().zip(&cut.dataset.runs) {
+        let [ours, theirs] = [run, expected].map(|run| {
+            let time = &run.poses.as_ref().expect("a log").time;
+            time[time.len() - 1] - time[0]
+        });
+        assert!((ours - theirs).abs() < 0.11, "{ours} s, {theirs} s");
+    }
     let whole = Options { cut: Cut::Whole, ..options() };
     let error = import(std::slice::from_ref(&path), &whole).expect_err("it is broken").to_string();
     assert!(
@@ -787,6 +806,7 @@ fn bad_tables_are_refused() {
         ),
         ("# t\n0 0 0 0 0 0 0 1\n1 0 a 0 0 0 0 1\n", &["bad.tum, line 3: column `y`: `a` is not allowed here"]),
         ("0 0 0 0 0 0 0 2\n", &["line 1: the quaternion [0.0, 0.0, 0.0, 2.0] (x, y, z, w) has length 2; it must be 1"]),
+        ("1 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", &["bad.tum, line 2: time goes back from 1.000000 s to 0.000000 s"]),
         ("1e9 0 0 0 0 0 0 1\n", &["good.csv: clocks are mixed", "bring both to one clock first"]),
     ] {
         std::fs::write(at("bad.tum"), trajectory).expect("it can be written");
