@@ -45,20 +45,20 @@
 //!
 //! Reading order is data order. Two wings, simulation and inference, meet at one waist, the dataset.
 //!
-//! - Ground floor, plain data without an engine: [`geometry`], [`odometry`], [`dataset`] (the waist), [`scene`],
-//!   [`effect`] (every cause that a model may leave out).
+//! - Ground floor, plain data without an engine: [`geometry`], [`odometry`], [`dataset`] (the waist), [`import`] (a real
+//!   robot's recordings → dataset), [`scene`], [`effect`] (every cause that a model may leave out).
 //! - Simulation wing: [`world`] (scene → rapier, one step at a time), [`drive`] (protocols, the driver, one run).
-//! - Inference wing: [`calibrate`].
+//! - Inference wing: [`calibrate`], [`diagnose`] (which causes a model leaves out, from a forward model handed in).
 //! - Compositions and outlets: [`experiment`], [`report`], `recording` (feature `recording`), [`cli`].
 //!
 //! # Invariants
 //!
 //! Imports run downward only, and a test reads them (`architecture`):
 //!
-//! 1. `calibrate` imports neither `world` nor `drive`: methods see data, never a simulated truth.
+//! 1. `calibrate` and `diagnose` import neither `world` nor `drive`: they see data, never a simulated truth.
 //! 2. The driver receives ticks, never poses.
-//! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, rerun in `recording`, plotters
-//!    in `report`, clap and anyhow in `cli` and `main`.
+//! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, `mcap` and `cdr_encoding` in
+//!    `import`, rerun in `recording`, plotters in `report`, clap and anyhow in `cli` and `main`.
 //! 4. A [`Scene`](scene::Scene) is immutable and complete: the same scene, protocol and seed give the same bits. Set-up
 //!    and running state are two types (`Scene` → `World`, `Protocol` → `Driver`), so runs go side by side on threads.
 //!
@@ -90,6 +90,7 @@ pub mod drive;
 pub mod effect;
 pub mod experiment;
 pub mod geometry;
+pub mod import;
 pub mod odometry;
 #[cfg(feature = "recording")]
 pub mod recording;

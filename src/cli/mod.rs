@@ -4,9 +4,12 @@ mod calibrate;
 mod certify;
 mod challenge;
 mod check;
+mod diagnose;
 mod drive;
 mod effects;
 mod experiment;
+mod export;
+mod import;
 mod init;
 mod options;
 mod output;
@@ -35,10 +38,16 @@ enum Command {
     Drive(drive::Arguments),
     /// Write a campaign to fill in, with instructions how to mark, drive, measure and note
     Init(init::Arguments),
+    /// Make a dataset of recordings of a real robot: rosbag2/MCAP bags, tables, TUM trajectories
+    Import(Box<import::Arguments>),
+    /// Write surveyed and dead-reckoned paths as TUM trajectories, for evo and others
+    Export(export::Arguments),
     /// Say in plain words what looks wrong with a dataset, before anyone calculates; exit code 1 if anything does
     Check(check::Arguments),
     /// Find wheel diameters and track from measured or simulated datasets, by every published method
     Calibrate(calibrate::Arguments),
+    /// Show what a model gets wrong about measured data, name the cause, extend the model, measure the gain
+    Diagnose(diagnose::Arguments),
     /// Hide effects in simulated campaigns, and score how the diagnosis finds them
     Challenge(challenge::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
@@ -69,8 +78,11 @@ impl Cli {
             Some(Command::Experiment(arguments)) => experiment::run(&arguments)?,
             Some(Command::Drive(arguments)) => drive::run(&arguments)?,
             Some(Command::Init(arguments)) => init::run(&arguments)?,
+            Some(Command::Import(arguments)) => import::run(&arguments)?,
+            Some(Command::Export(arguments)) => export::run(&arguments)?,
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
+            Some(Command::Diagnose(arguments)) => diagnose::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Methods) => print!("{}", text::methods()),

@@ -93,6 +93,14 @@ pub(super) fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// A finite number, 0 or above.
+pub(super) fn non_negative(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value.is_finite() && value >= 0.0 => Ok(value),
+        _ => Err("it must be a finite number, 0 or above".to_owned()),
+    }
+}
+
 /// Methods by name; `all` is every one.
 pub(super) fn methods(names: &[String]) -> anyhow::Result<Vec<&'static Method>> {
     if names.iter().any(|name| name == "all") {

@@ -18,6 +18,7 @@ mod write;
 
 pub use error::{CsvProblem, DatasetError, Part};
 pub use protocol::{Protocol, Rotation, Travel};
+pub use read::read_stated_runs;
 
 /// One campaign: the same robot, the same on-board odometry parameters, the same survey.
 #[derive(Debug, Clone, PartialEq)]

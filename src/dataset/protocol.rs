@@ -117,6 +117,16 @@ impl Protocol {
         }
     }
 
+    /// The side, length or radius of a shape that has one \[m\].
+    pub fn size(&self) -> Option<f64> {
+        match *self {
+            Protocol::Square { side, .. } => Some(side),
+            Protocol::Straight { length, .. } => Some(length),
+            Protocol::Circle { radius, .. } => Some(radius),
+            Protocol::Spin { .. } | Protocol::Path => None,
+        }
+    }
+
     /// Where a perfect run ends, in the frame of its start \[m, m, rad\]; `None` for a path and for a circle
     /// of unstated turn.
     pub fn nominal_end(&self) -> Option<Pose2> {

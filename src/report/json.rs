@@ -1,12 +1,15 @@
 //! The JSON of each command. Keys carry their units; they are part of the interface.
 
 use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Parameter, Score};
+use crate::diagnose::{Diagnosis, Gain, Verdict};
 use crate::drive::SimulatedRun;
 use crate::effect::{Choice, Effect, Prior};
 use crate::experiment::{Experiment, MethodResult, SideResult, Stage};
 use crate::geometry::Pose2;
 use crate::odometry::OdometryCorrection;
 use serde::Serialize;
+use std::collections::BTreeMap;
+use std::path::Path;
 
 /// A planar pose.
 #[derive(Debug, Clone, Serialize)]
@@ -14,6 +17,196 @@ pub struct PoseJson {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
+}
+
+/// `diagnose --json`: the contract's keys. A number that is infinite or undefined is `null`.
+#[derive(Debug, Clone, Serialize)]
+pub struct DiagnosisJson {
+    verdict: &'static str,
+    misfit: MisfitJson,
+    findings: Vec<FindingJson>,
+    ranking: Vec<RankedJson>,
+    blind_to: Vec<BlindJson>,
+    next_experiment: Option<NextJson>,
+    gain: Option<GainJson>,
+    empirical: Vec<String>,
+    noise: NoiseJson,
+    left_out: Vec<String>,
+    extended_model: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct MisfitJson {
+    chi2: f64,
+    dof: usize,
+    p_value: Option<f64>,
+    conditions: Vec<ConditionJson>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct ConditionJson {
+    condition: String,
+    runs: usize,
+    x_m: Option<f64>,
+    y_m: Option<f64>,
+    heading_rad: Option<f64>,
+    std_dev: [Option<f64>; 3],
+    repeatability: [Option<f64>; 3],
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct FindingJson {
+    effect: &'static str,
+    parameters: BTreeMap<&'static str, serde_json::Value>,
+    probability: f64,
+    confounded_with: Vec<&'static str>,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct RankedJson {
+    effects: Vec<String>,
+    log_evidence: f64,
+    probability: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct BlindJson {
+    effect: &'static str,
+    #[serde(skip_serializing_if = "String::is_empty")]
+    choice: String,
+    parameter: &'static str,
+    smallest_detectable: Option<f64>,
+    plausible: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct NextJson {
+    protocol: String,
+    separates: Vec<String>,
+    expected_sigma: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct GainJson {
+    position_rmse_before_m: f64,
+    position_rmse_after_m: f64,
+    heading_rmse_before_rad: Option<f64>,
+    heading_rmse_after_rad: Option<f64>,
+    interval: [f64; 2],
+    noise_floor_m: f64,
+    held_out: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct NoiseJson {
+    position_std_m: f64,
+    heading_std_rad: f64,
+    correlation_time_s: f64,
+    heading_per_corner_rad: f64,
+    heading_per_sqrt_metre_rad: f64,
+    distance: f64,
+    clock_std_s: f64,
+}
+
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}
+
+impl DiagnosisJson {
+    /// `extended_model` is the absolute path of the written model.
+    pub fn new(diagnosis: &Diagnosis, gain: Option<&Gain>, extended_model: &Path) -> DiagnosisJson {
+        let finding = |finding: &crate::diagnose::Finding| {
+            let mut parameters: BTreeMap<&'static str, serde_json::Value> = BTreeMap::new();
+            for found in &finding.parameters {
+                let std_dev = found.std_dev.and_then(finite);
+                parameters.insert(found.name, serde_json::json!({"value": finite(found.value), "std_dev": std_dev}));
+            }
+            if let Some(choice) = Effect::named(finding.effect).and_then(|effect| effect.choice) {
+                parameters.insert(choice.key(), serde_json::json!({"value": finding.choice, "std_dev": null}));
+            }
+            FindingJson {
+                effect: finding.effect,
+                parameters,
+                probability: finding.probability,
+                confounded_with: finding.confounded_with.clone(),
+            }
+        };
+        let noise = &diagnosis.noise;
+        DiagnosisJson {
+            verdict: match diagnosis.verdict {
+                Verdict::Explained => "explained",
+                Verdict::Named => "named",
+                Verdict::Ambiguous => "ambiguous",
+                Verdict::Unexplained => "unexplained",
+            },
+            misfit: MisfitJson {
+                chi2: diagnosis.misfit.chi2,
+                dof: diagnosis.misfit.dof,
+                p_value: finite(diagnosis.misfit.p_value),
+                conditions: diagnosis
+                    .misfit
+                    .conditions
+                    .iter()
+                    .map(|c| ConditionJson {
+                        condition: c.label.clone(),
+                        runs: c.runs,
+                        x_m: c.residual[0],
+                        y_m: c.residual[1],
+                        heading_rad: c.residual[2],
+                        std_dev: c.std_dev.map(finite),
+                        repeatability: c.repeatability,
+                    })
+                    .collect(),
+            },
+            findings: diagnosis.findings.iter().map(finding).collect(),
+            ranking: diagnosis
+                .ranking
+                .iter()
+                .map(|r| RankedJson {
+                    effects: r.effects.clone(),
+                    log_evidence: r.log_evidence,
+                    probability: r.probability,
+                })
+                .collect(),
+            blind_to: diagnosis
+                .blind_to
+                .iter()
+                .map(|b| BlindJson {
+                    effect: b.effect,
+                    choice: b.choice.clone(),
+                    parameter: b.parameter,
+                    smallest_detectable: finite(b.smallest_detectable),
+                    plausible: b.plausible,
+                })
+                .collect(),
+            next_experiment: diagnosis.next_experiment.as_ref().map(|next| NextJson {
+                protocol: next.protocol.clone(),
+                separates: next.separates.clone(),
+                expected_sigma: next.expected_sigma,
+            }),
+            gain: gain.map(|gain| GainJson {
+                position_rmse_before_m: gain.position_before,
+                position_rmse_after_m: gain.position_after,
+                heading_rmse_before_rad: finite(gain.heading_before),
+                heading_rmse_after_rad: finite(gain.heading_after),
+                interval: gain.interval,
+                noise_floor_m: gain.noise_floor,
+                held_out: gain.held_out.clone(),
+            }),
+            empirical: diagnosis.empirical.iter().map(ToString::to_string).collect(),
+            noise: NoiseJson {
+                position_std_m: noise.position_std,
+                heading_std_rad: noise.heading_std,
+                correlation_time_s: noise.correlation_time,
+                heading_per_corner_rad: noise.scatter.heading_per_corner,
+                heading_per_sqrt_metre_rad: noise.scatter.heading_per_sqrt_metre,
+                distance: noise.scatter.distance,
+                clock_std_s: noise.clock_std,
+            },
+            left_out: diagnosis.left_out.clone(),
+            extended_model: extended_model.to_string_lossy().into_owned(),
+        }
+    }
 }
 
 /// `drive --json`.

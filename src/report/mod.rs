@@ -2,6 +2,8 @@
 
 pub mod certify;
 pub mod check;
+pub mod diagnosis;
+pub mod import;
 pub mod json;
 pub mod plot;
 pub mod ros2;

@@ -8,10 +8,10 @@ const FLOORS: &[&[&str]] = &[
     &["strict", "geometry"],
     &["odometry"],
     &["dataset"],
-    &["scene"],
+    &["scene", "import"],
     &["effect"],
     &["world"],
-    &["drive", "calibrate"],
+    &["drive", "calibrate", "diagnose"],
     &["experiment"],
     &["report"],
     &["recording"],
@@ -19,13 +19,17 @@ const FLOORS: &[&[&str]] = &[
 ];
 
 /// What a room must not use although it stands below.
-const CLOSED: &[(&str, &str)] = &[("calibrate", "world"), ("calibrate", "drive"), ("calibrate", "scene")];
+const CLOSED: &[(&str, &str)] =
+    &[("calibrate", "world"), ("calibrate", "drive"), ("calibrate", "scene"), ("diagnose", "world")];
 
 /// Third parties, and the rooms that may name them.
 const THIRD_PARTIES: &[(&str, &[&str])] = &[
     ("rapier3d::", &["world"]),
     ("parry3d", &["world"]),
     ("urdf_rs::", &["scene"]),
+    ("mcap::", &["import"]),
+    ("cdr_encoding::", &["import"]),
+    ("byteorder::", &["import"]),
     ("rerun::", &["recording"]),
     ("clap::", &["cli", "main"]),
     ("anyhow::", &["cli", "main"]),

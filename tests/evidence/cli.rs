@@ -5,18 +5,18 @@ use serde_json::Value;
 use std::path::Path;
 
 /// The program in a folder of its own.
-fn treadmark(folder: &Path) -> Command {
+pub(super) fn treadmark(folder: &Path) -> Command {
     let mut command = Command::cargo_bin("treadmark").expect("cargo has built it");
     command.current_dir(folder).env("NO_COLOR", "1");
     command
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("UTF-8")
 }
 
 /// Runs with `arguments` and expects exit code 2, one message that holds `parts`, an empty stdout and no panic.
-fn refused(folder: &Path, arguments: &[&str], parts: &[&str]) {
+pub(super) fn refused(folder: &Path, arguments: &[&str], parts: &[&str]) {
     let output = treadmark(folder).args(arguments).output().expect("it starts");
     let stderr = text(&output.stderr);
     assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{stderr}");

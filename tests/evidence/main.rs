@@ -10,6 +10,7 @@ mod cli;
 mod dataset;
 mod effects;
 mod ground;
+mod import;
 mod literature;
 mod property;
 mod quasi_static;

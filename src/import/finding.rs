@@ -1,0 +1,136 @@
+//! What was found in a recording that its owner should know, in plain words.
+
+/// Something that was found on the way; none of it keeps the recording from being imported, and only what says so was
+/// mended. Times are seconds since the recording began, by the clock of the readings.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum Finding {
+    /// What was read of a bag.
+    #[error("{log}: {wheels}; {poses}")]
+    Took {
+        /// The recording.
+        log: String,
+        /// Where the encoders come from.
+        wheels: String,
+        /// Where the poses come from.
+        poses: String,
+    },
+    /// Poses that are none.
+    #[error("{log}: {count} poses hold no number (NaN: a survey that lost its markers) and are left out")]
+    Dropouts {
+        /// The recording.
+        log: String,
+        /// How many.
+        count: usize,
+    },
+    /// Single readings that came late.
+    #[error("{log}: {count} readings of the {stream} came one place late by their stamps, and are put in order")]
+    Late {
+        /// The recording.
+        log: String,
+        /// `encoders` or `poses`.
+        stream: &'static str,
+        /// How many.
+        count: usize,
+    },
+    /// A clock that was set.
+    #[error(
+        "{log}: the clock of the {stream} jumps by {by:+.3} s at {at:.3} s; nothing is mended, the recording is cut there"
+    )]
+    ClockJump {
+        /// The recording.
+        log: String,
+        /// `encoders` or `poses`.
+        stream: &'static str,
+        /// \[s\]
+        at: f64,
+        /// \[s\]
+        by: f64,
+    },
+    /// Times without readings.
+    #[error("{log}: {count} gap(s) in the {stream}, the longest of {longest:.3} s at {at:.3} s, where {usual:.3} s is usual; {}",
+        if *stream == "encoders" { "counts go on after it, but the way between is taken as one arc" } else { "nothing is filled in" })]
+    Gaps {
+        /// The recording.
+        log: String,
+        /// `encoders` or `poses`.
+        stream: &'static str,
+        /// How many.
+        count: usize,
+        /// \[s\]
+        longest: f64,
+        /// When the longest began \[s\].
+        at: f64,
+        /// \[s\]
+        usual: f64,
+    },
+    /// A counter that ran over, mended.
+    #[error("{log}: counter `{channel}` ran over {count} time(s), first at {at:.3} s: {range}; mended")]
+    Wrapped {
+        /// The recording.
+        log: String,
+        /// The encoder's column.
+        channel: String,
+        /// How often.
+        count: usize,
+        /// \[s\]
+        at: f64,
+        /// What it counts in: `a 16-bit counter`, …
+        range: &'static str,
+    },
+    /// A counter that began anew.
+    #[error(
+        "{log}: counter `{channel}` jumps from {from} to {to} at {at:.3} s, which neither a turning wheel nor a counter that surely ran over once explains (an encoder that was restarted?); nothing is mended, the recording is cut there"
+    )]
+    Reset {
+        /// The recording.
+        log: String,
+        /// The encoder's column.
+        channel: String,
+        /// \[s\]
+        at: f64,
+        /// Before.
+        from: f64,
+        /// After.
+        to: f64,
+    },
+    /// A stretch that is no run.
+    #[error(
+        "{log}: at {at:.3} s the wheels turned by no more than {most:.3} rad between two standstills; that is left out"
+    )]
+    Nudge {
+        /// The recording.
+        log: String,
+        /// \[s\]
+        at: f64,
+        /// \[rad\]
+        most: f64,
+    },
+    /// A run that starts or ends while it rolls.
+    #[error("run {run}: {when} in motion, so its surveyed {end} pose is only as good as the two clocks agree")]
+    InMotion {
+        /// The run.
+        run: String,
+        /// `begins` or `ends`.
+        when: &'static str,
+        /// `start` or `end`.
+        end: &'static str,
+    },
+    /// A run without a survey.
+    #[error("run {run}: no poses while it lasted; note its end pose in runs.csv")]
+    NotSurveyed {
+        /// The run.
+        run: String,
+    },
+    /// Shapes that cannot be told.
+    #[error(
+        "what was driven is told from the wheels with --odometry or --robot, or stated with --runs; without, every run is a path"
+    )]
+    ShapesUntold,
+    /// Noise of the survey that nobody stated.
+    #[error("{missing} not stated, so it stays blank in dataset.toml; it is 1 σ of one reading")]
+    NoNoise {
+        /// The options.
+        missing: &'static str,
+    },
+}

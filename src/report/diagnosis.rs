@@ -1,0 +1,142 @@
+//! A diagnosis as tables.
+
+use super::text::{Style, table};
+use crate::diagnose::{Diagnosis, Gain, Verdict};
+use std::fmt::Write;
+
+/// The report, readable in a minute: the answer, where the model is wrong, what explains it, what it is worth.
+pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
+    let mut out = String::new();
+    let _ = writeln!(out, "{}\n", answer(diagnosis));
+    let mm = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.1}", 1e3 * value));
+    let rows = diagnosis.misfit.conditions.iter().take(24).map(|c| {
+        vec![
+            c.label.clone(),
+            c.runs.to_string(),
+            format!("{} ± {:.1}", mm(c.residual[0]), 1e3 * c.std_dev[0]),
+            format!("{} ± {:.1}", mm(c.residual[1]), 1e3 * c.std_dev[1]),
+            format!("{} ± {:.1}", mm(c.residual[2]), 1e3 * c.std_dev[2]),
+            format!("{} {} {}", mm(c.repeatability[0]), mm(c.repeatability[1]), mm(c.repeatability[2])),
+        ]
+    });
+    let header = ["condition", "runs", "x [mm]", "y [mm]", "heading [mrad]", "runs stray by"];
+    let _ = writeln!(out, "Surveyed less predicted end poses, as given\n{}", tabled(&header, rows.collect()));
+    let more = diagnosis.misfit.conditions.len().saturating_sub(24);
+    if more > 0 {
+        let _ = writeln!(out, "… and {more} more conditions");
+    }
+    let m = &diagnosis.misfit;
+    let _ = writeln!(out, "χ² {:.1} on {} degrees of freedom, p = {:.2e}\n", m.chi2, m.dof, m.p_value);
+    let rows = diagnosis.ranking.iter().take(8).map(|r| {
+        let effects = if r.effects.is_empty() { "nothing".to_owned() } else { r.effects.join(" + ") };
+        vec![effects, format!("{:.1}", r.log_evidence), format!("{:.3}", r.probability)]
+    });
+    let _ = writeln!(out, "{}", tabled(&["what could explain it", "ln evidence", "probability"], rows.collect()));
+    if let Some(next) = &diagnosis.next_experiment {
+        let _ = writeln!(
+            out,
+            "Next experiment: {}, which separates {} by {:.1} σ in five runs.",
+            next.protocol,
+            next.separates.join(" from "),
+            next.expected_sigma
+        );
+    }
+    match gain {
+        Some(gain) => {
+            let sure = if gain.interval[0] > 0.0 { "" } else { ": none that is sure" };
+            let _ = writeln!(
+                out,
+                "Held out ({}): position {:.1} → {:.1} mm, heading {:.1} → {:.1} mrad; gain {:.0} % ({:.0} to {:.0} %){sure}; \
+                 noise floor {:.1} mm.",
+                gain.held_out,
+                1e3 * gain.position_before,
+                1e3 * gain.position_after,
+                1e3 * gain.heading_before,
+                1e3 * gain.heading_after,
+                100.0 * (1.0 - gain.position_after / gain.position_before),
+                100.0 * gain.interval[0],
+                100.0 * gain.interval[1],
+                1e3 * gain.noise_floor
+            );
+        }
+        None => {
+            let _ = writeln!(out, "Gain: nothing could be held out.");
+        }
+    }
+    let unseen: Vec<String> = diagnosis
+        .blind_to
+        .iter()
+        .filter(|blind| blind.smallest_detectable > blind.plausible)
+        .map(|blind| {
+            let choice = if blind.choice.is_empty() { String::new() } else { format!(" ({})", blind.choice) };
+            if blind.smallest_detectable.is_finite() {
+                format!("{}{choice}.{} below {:.2e}", blind.effect, blind.parameter, blind.smallest_detectable)
+            } else {
+                format!("{}{choice}.{} of any size", blind.effect, blind.parameter)
+            }
+        })
+        .collect();
+    if !unseen.is_empty() {
+        let _ = writeln!(out, "These data could not have shown: {}.", unseen.join("; "));
+    }
+    let noise = &diagnosis.noise;
+    let _ = writeln!(
+        out,
+        "Noise: survey {:.2} mm, {:.2} mrad; scatter {:.2} mrad a corner, {:.2} mrad/√m, {:.3} % of distance; clocks {:.1} ms.",
+        1e3 * noise.position_std,
+        1e3 * noise.heading_std,
+        1e3 * noise.scatter.heading_per_corner,
+        1e3 * noise.scatter.heading_per_sqrt_metre,
+        100.0 * noise.scatter.distance,
+        1e3 * noise.clock_std
+    );
+    for left_out in &diagnosis.left_out {
+        let _ = writeln!(out, "Left out: {left_out}.");
+    }
+    out
+}
+
+fn tabled(header: &[&str], rows: Vec<Vec<String>>) -> String {
+    let mut table = table(Style::Terminal, header);
+    table.add_rows(rows);
+    table.to_string()
+}
+
+/// The answer in a sentence or two.
+pub fn answer(diagnosis: &Diagnosis) -> String {
+    match diagnosis.verdict {
+        Verdict::Explained => {
+            "Explained: the model as given suffices, or nothing exceeds what these data can show.".to_owned()
+        }
+        Verdict::Unexplained => {
+            let terms: Vec<String> = diagnosis.empirical.iter().map(ToString::to_string).collect();
+            format!(
+                "Unexplained: no known effect takes the misfit away. An empirical formula does: {}.",
+                terms.join(", ")
+            )
+        }
+        _ => {
+            let lines = diagnosis.findings.iter().map(|finding| {
+                let numbers: Vec<String> = finding
+                    .parameters
+                    .iter()
+                    .filter_map(|found| Some(format!("{} = {:.5} ± {:.5}", found.name, found.value, found.std_dev?)))
+                    .collect();
+                let choice = if finding.choice.is_empty() { String::new() } else { format!(" ({})", finding.choice) };
+                let or = if finding.confounded_with.is_empty() {
+                    String::new()
+                } else {
+                    format!("; these data cannot tell it from {}", finding.confounded_with.join(", "))
+                };
+                format!(
+                    "  {}{choice}: {} (probability {:.3}){or}",
+                    finding.effect,
+                    numbers.join(", "),
+                    finding.probability
+                )
+            });
+            let word = if diagnosis.verdict == Verdict::Named { "Named" } else { "Ambiguous" };
+            format!("{word}:\n{}", lines.collect::<Vec<_>>().join("\n"))
+        }
+    }
+}
