@@ -182,6 +182,28 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking, empirical: Option<&Ran
     for &index in best.set.iter().filter(|_| !unexplained) {
         findings.push(finding(study, ranking, best, index, total));
     }
+    if study.noise.clock_std > 0.0 && !unexplained {
+        // Clocks that differ from run to run are learnt as noise; they are a cause all the same.
+        let spread = Found { name: "run_offset_std_s", value: study.noise.clock_std, std_dev: None };
+        match findings.iter_mut().find(|finding| finding.effect == "survey_time_offset") {
+            Some(finding) => {
+                if let Some(found) = finding.parameters.iter_mut().find(|found| found.name == spread.name) {
+                    *found = spread;
+                }
+            }
+            None => findings.push(Finding {
+                effect: "survey_time_offset",
+                choice: String::new(),
+                parameters: vec![
+                    Found { name: "offset_s", value: 0.0, std_dev: None },
+                    Found { name: "rate_minus_one", value: 0.0, std_dev: None },
+                    spread,
+                ],
+                probability: 1.0,
+                confounded_with: Vec::new(),
+            }),
+        }
+    }
     let verdict = if unexplained {
         Verdict::Unexplained
     } else if findings.is_empty() {
