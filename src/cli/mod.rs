@@ -13,6 +13,8 @@ mod import;
 mod init;
 mod options;
 mod output;
+mod power;
+mod predict;
 #[cfg(feature = "recording")]
 mod record;
 mod watch;
@@ -48,6 +50,10 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// Show what a model gets wrong about measured data, name the cause, extend the model, measure the gain
     Diagnose(diagnose::Arguments),
+    /// Predict end poses and poses on the way for data without any survey
+    Predict(predict::Arguments),
+    /// Say what a campaign could show, before anyone drives it
+    Power(power::Arguments),
     /// Hide effects in simulated campaigns, and score how the diagnosis finds them
     Challenge(challenge::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
@@ -83,6 +89,8 @@ impl Cli {
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
             Some(Command::Diagnose(arguments)) => diagnose::run(&arguments)?,
+            Some(Command::Predict(arguments)) => predict::run(&arguments)?,
+            Some(Command::Power(arguments)) => power::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Methods) => print!("{}", text::methods()),

@@ -332,6 +332,12 @@ impl<'m> Study<'m> {
         verdict::blind(self)
     }
 
+    /// Pairs of effects whose responses these data cannot keep apart, with the angle between the whitened responses \[rad\]:
+    /// the smallest principal angle of their spans [Björck & Golub 1973, *Math. Comp.* 27].
+    pub fn alike(&self) -> Vec<(String, String, f64)> {
+        verdict::alike(self)
+    }
+
     /// Strength of the whole misfit: the root of Σ of squared whitened residuals of the model as given.
     pub fn strength(&self) -> f64 {
         let problem = self.problem(self.counts.clone());

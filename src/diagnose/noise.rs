@@ -192,11 +192,11 @@ impl Shapes {
     }
 }
 
-/// What runs stray by, cluster by cluster: Σ (r − r̄)(r − r̄)ᵀ and how many of them are free.
+/// What runs stray by, cluster by cluster: a column a run, and how many of them are free.
 pub(super) struct Spread {
     cluster: usize,
     free: f64,
-    sum: DMatrix<f64>,
+    off: DMatrix<f64>,
 }
 
 /// Spread of repeated runs about their means. `deviations` are readings less predictions, one vector a run.
@@ -206,12 +206,8 @@ pub(super) fn of_repeats(clusters: &[Cluster], deviations: &[DVector<f64>]) -> V
         let count = cluster.runs.len() as f64;
         let rows = deviations[cluster.reference].len();
         let mean = cluster.runs.iter().fold(DVector::zeros(rows), |sum, &run| sum + &deviations[run]) / count;
-        let mut sum = DMatrix::zeros(rows, rows);
-        for &run in &cluster.runs {
-            let off = &deviations[run] - &mean;
-            sum.ger(1.0, &off, &off, 1.0);
-        }
-        Spread { cluster: index, free: count - 1.0, sum }
+        let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| &deviations[run] - &mean).collect();
+        Spread { cluster: index, free: count - 1.0, off: DMatrix::from_columns(&off) }
     });
     spreads.collect()
 }
@@ -219,12 +215,8 @@ pub(super) fn of_repeats(clusters: &[Cluster], deviations: &[DVector<f64>]) -> V
 /// Spread of all runs about what a hypothesis predicts, for campaigns that repeat nothing.
 pub(super) fn of_residuals(clusters: &[Cluster], residuals: &[DVector<f64>]) -> Vec<Spread> {
     let spreads = clusters.iter().enumerate().filter(|(_, cluster)| !cluster.runs.is_empty()).map(|(index, cluster)| {
-        let rows = residuals[cluster.reference].len();
-        let mut sum = DMatrix::zeros(rows, rows);
-        for &run in &cluster.runs {
-            sum.ger(1.0, &residuals[run], &residuals[run], 1.0);
-        }
-        Spread { cluster: index, free: cluster.runs.len() as f64, sum }
+        let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| residuals[run].clone()).collect();
+        Spread { cluster: index, free: cluster.runs.len() as f64, off: DMatrix::from_columns(&off) }
     });
     spreads.collect()
 }
@@ -264,10 +256,12 @@ pub(super) fn learn(
         let noise = sizes(logs, correlation_time, clock_std);
         let fit: f64 = spreads
             .par_iter()
-            .map(|Spread { cluster, free, sum }| {
+            .map(|Spread { cluster, free, off }| {
                 let factor = shapes[*cluster].factor(&noise);
                 let log_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-                0.5 * free * log_det + 0.5 * factor.solve(sum).trace()
+                let mut white = off.clone();
+                factor.l_dirty().solve_lower_triangular_mut(&mut white);
+                0.5 * free * log_det + 0.5 * white.norm_squared()
             })
             .collect::<Vec<f64>>()
             .into_iter()

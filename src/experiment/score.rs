@@ -115,6 +115,19 @@ pub fn score(
     Ok(Score { draws, oracle_nameable })
 }
 
+/// A campaign that nobody has driven: one run a condition without noise, and how many each stands for.
+///
+/// # Errors
+/// A run that cannot be driven.
+pub fn planned(
+    scene: &Scene,
+    kind: CampaignKind,
+    data: DataKind,
+    stop: &AtomicBool,
+) -> Result<(Dataset, Vec<usize>), DriveError> {
+    noise_free(scene, scene, kind, data, stop)
+}
+
 /// Responses of the robot as the diagnosis knows it, simulated once for all draws.
 fn library(simulator: &Simulator<'_>, kind: CampaignKind, data: DataKind) -> Result<Library, ScoreError> {
     use crate::diagnose::ForwardModel;

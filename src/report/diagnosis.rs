@@ -1,7 +1,7 @@
 //! A diagnosis as tables.
 
 use super::text::{Style, table};
-use crate::diagnose::{Diagnosis, Gain, Verdict};
+use crate::diagnose::{Blind, Diagnosis, Gain, Verdict};
 use std::fmt::Write;
 
 /// The report, readable in a minute: the answer, where the model is wrong, what explains it, what it is worth.
@@ -92,6 +92,28 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     );
     for left_out in &diagnosis.left_out {
         let _ = writeln!(out, "Left out: {left_out}.");
+    }
+    out
+}
+
+/// What a campaign could show: the smallest size of each effect, and effects that act alike.
+pub fn power(blind: &[Blind], alike: &[(String, String, f64)]) -> String {
+    let size = |value: f64| if value.is_finite() { format!("{value:.2e}") } else { "any".to_owned() };
+    let rows = blind.iter().map(|b| {
+        let choice = if b.choice.is_empty() { String::new() } else { format!(" ({})", b.choice) };
+        let seen = if b.smallest_detectable < b.plausible { "yes" } else { "only if large" };
+        let seen = if b.smallest_detectable.is_finite() { seen } else { "no" };
+        let effect = format!("{}{choice}.{}", b.effect, b.parameter);
+        vec![effect, size(b.smallest_detectable), format!("{:.2e}", b.plausible), seen.to_owned()]
+    });
+    let header = ["effect", "smallest that shows", "plausible size", "shows"];
+    let mut out = tabled(&header, rows.collect());
+    out.push('\n');
+    if alike.is_empty() {
+        out.push_str("No two effects act alike in these data.\n");
+    }
+    for (one, other, angle) in alike {
+        let _ = writeln!(out, "{one} and {other} act alike: their responses are {:.1}° apart.", angle.to_degrees());
     }
     out
 }

@@ -1,7 +1,7 @@
 //! The JSON of each command. Keys carry their units; they are part of the interface.
 
 use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Parameter, Score};
-use crate::diagnose::{Diagnosis, Gain, Verdict};
+use crate::diagnose::{Blind, Diagnosis, Gain, Verdict};
 use crate::drive::SimulatedRun;
 use crate::effect::{Choice, Effect, Prior};
 use crate::experiment::{Experiment, MethodResult, SideResult, Stage};
@@ -17,6 +17,27 @@ pub struct PoseJson {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
+}
+
+/// `power --json`.
+pub fn power(blind: &[Blind], alike: &[(String, String, f64)]) -> serde_json::Value {
+    let sizes: Vec<serde_json::Value> = blind
+        .iter()
+        .map(|b| {
+            serde_json::json!({
+                "effect": b.effect,
+                "choice": b.choice,
+                "parameter": b.parameter,
+                "smallest_detectable": finite(b.smallest_detectable),
+                "plausible": b.plausible,
+            })
+        })
+        .collect();
+    let pairs: Vec<serde_json::Value> = alike
+        .iter()
+        .map(|(one, other, angle)| serde_json::json!({"effects": [one, other], "angle_rad": angle}))
+        .collect();
+    serde_json::json!({"smallest_detectable": sizes, "alike": pairs})
 }
 
 /// `diagnose --json`: the contract's keys. A number that is infinite or undefined is `null`.
