@@ -17,6 +17,7 @@ mod power;
 mod predict;
 #[cfg(feature = "recording")]
 mod record;
+mod table_one;
 mod watch;
 
 use crate::report::text;
@@ -54,6 +55,8 @@ enum Command {
     Predict(predict::Arguments),
     /// Say what a campaign could show, before anyone drives it
     Power(power::Arguments),
+    /// Search the catalogue for what made Table I of Bei, Ping & Gao possible
+    TableOne(table_one::Arguments),
     /// Hide effects in simulated campaigns, and score how the diagnosis finds them
     Challenge(challenge::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
@@ -91,6 +94,7 @@ impl Cli {
             Some(Command::Diagnose(arguments)) => diagnose::run(&arguments)?,
             Some(Command::Predict(arguments)) => predict::run(&arguments)?,
             Some(Command::Power(arguments)) => power::run(&arguments)?,
+            Some(Command::TableOne(arguments)) => table_one::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Methods) => print!("{}", text::methods()),

@@ -50,7 +50,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let simulator = Simulator::new(&scene, stop);
     let study = Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &|_, _| {})?;
-    let study = if arguments.campaign == "squares" || arguments.campaign == "full" { study.repeated(&counts) } else { study };
+    let study =
+        if arguments.campaign == "squares" || arguments.campaign == "full" { study.repeated(&counts) } else { study };
     let (blind, alike) = (study.blind(), study.alike());
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&crate::report::json::power(&blind, &alike))?);

@@ -214,10 +214,11 @@ pub(super) fn of_repeats(clusters: &[Cluster], deviations: &[DVector<f64>]) -> V
 
 /// Spread of all runs about what a hypothesis predicts, for campaigns that repeat nothing.
 pub(super) fn of_residuals(clusters: &[Cluster], residuals: &[DVector<f64>]) -> Vec<Spread> {
-    let spreads = clusters.iter().enumerate().filter(|(_, cluster)| !cluster.runs.is_empty()).map(|(index, cluster)| {
-        let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| residuals[run].clone()).collect();
-        Spread { cluster: index, free: cluster.runs.len() as f64, off: DMatrix::from_columns(&off) }
-    });
+    let spreads =
+        clusters.iter().enumerate().filter(|(_, cluster)| !cluster.runs.is_empty()).map(|(index, cluster)| {
+            let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| residuals[run].clone()).collect();
+            Spread { cluster: index, free: cluster.runs.len() as f64, off: DMatrix::from_columns(&off) }
+        });
     spreads.collect()
 }
 

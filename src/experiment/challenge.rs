@@ -1,7 +1,7 @@
 //! Hidden effects: a robot with something wrong, whose truth nothing but the scorer reads.
 
 use super::stage::campaign;
-use crate::dataset::{Dataset, Protocol, Rotation, Travel};
+use crate::dataset::{Dataset, DatasetError, Protocol, Rotation, Travel};
 use crate::drive::{self, DriveError, Task};
 use crate::effect::{Cause, EFFECTS, Effect, Prior};
 use crate::geometry::Pose2;
@@ -212,6 +212,38 @@ impl Challenge {
             }
         }
         (causes, false)
+    }
+}
+
+impl Draw {
+    /// Writes the campaign to `folder` as a dataset, the clean campaign where there is one to `clean` in it, and what was
+    /// hidden to `truth.json`, which nothing but a scorer should read.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, folder: &std::path::Path) -> Result<(), DatasetError> {
+        self.dataset.write(folder)?;
+        if let Some(clean) = &self.clean_dataset {
+            clean.write(&folder.join("clean"))?;
+        }
+        let causes: Vec<serde_json::Value> = self
+            .causes
+            .iter()
+            .map(|cause| {
+                let mut table = serde_json::Map::new();
+                table.insert("effect".to_owned(), cause.effect.id.into());
+                for (parameter, value) in cause.effect.parameters.iter().zip(&cause.values) {
+                    table.insert(parameter.name.to_owned(), (*value).into());
+                }
+                if let Some(choice) = cause.effect.choice {
+                    table.insert(choice.key().to_owned(), cause.choice.clone().into());
+                }
+                table.into()
+            })
+            .collect();
+        let truth = serde_json::json!({"effects": causes, "outside": self.outside});
+        let file = folder.join("truth.json");
+        std::fs::write(&file, format!("{truth:#}\n")).map_err(|source| DatasetError::Write { path: file, source })
     }
 }
 

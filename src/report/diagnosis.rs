@@ -2,6 +2,7 @@
 
 use super::text::{Style, table};
 use crate::diagnose::{Blind, Diagnosis, Gain, Verdict};
+use crate::experiment::Candidate;
 use std::fmt::Write;
 
 /// The report, readable in a minute: the answer, where the model is wrong, what explains it, what it is worth.
@@ -92,6 +93,42 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     );
     for left_out in &diagnosis.left_out {
         let _ = writeln!(out, "Left out: {left_out}.");
+    }
+    out
+}
+
+/// Candidates for the paper's Table I, with what six distances can and cannot say.
+pub fn table_one(candidates: &[Candidate], measured: &[f64; 6]) -> String {
+    let mm = |distances: &[f64; 6]| -> Vec<String> { distances.iter().map(|d| format!("{:.0}", 1e3 * d)).collect() };
+    let mut rows = vec![[vec!["Table I".to_owned()], mm(measured), vec![String::new(); 2]].concat()];
+    rows.extend(candidates.iter().map(|c| {
+        let own = c.causes.iter().skip(3).map(crate::effect::Cause::line).next();
+        let name = own.unwrap_or_else(|| "unequal tyres, scale and track alone".to_owned());
+        [vec![name], mm(&c.distances), vec![format!("{:.1}", c.chi2), format!("{:.1}", c.log_evidence)]].concat()
+    }));
+    let header = [
+        "on top of unequal tyres, scale and track",
+        "before CW",
+        "CCW",
+        "UMBmark CW",
+        "CCW",
+        "paper's CW",
+        "CCW",
+        "χ²",
+        "ln evidence",
+    ];
+    let mut out = tabled(&header, rows);
+    let alone = candidates.iter().find(|c| c.effect.is_none());
+    let near = candidates.iter().filter(|c| candidates[0].log_evidence - c.log_evidence < 3.0).count();
+    let _ = write!(
+        out,
+        "\nr_cg in mm. Six distances against {} free numbers a candidate: they can rule causes out, and they cannot name one that \
+         {} others match as well (within a factor of 20). They carry no direction: a cause and its mirror image are alike.\n",
+        candidates[0].causes.iter().map(|cause| cause.values.len()).sum::<usize>(),
+        near.saturating_sub(1),
+    );
+    if let Some(alone) = alone {
+        let _ = writeln!(out, "Unequal tyres, scale and track alone leave χ² {:.0} on 6 distances.", alone.chi2);
     }
     out
 }

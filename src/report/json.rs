@@ -4,7 +4,7 @@ use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Pa
 use crate::diagnose::{Blind, Diagnosis, Gain, Verdict};
 use crate::drive::SimulatedRun;
 use crate::effect::{Choice, Effect, Prior};
-use crate::experiment::{Experiment, MethodResult, SideResult, Stage};
+use crate::experiment::{Candidate, Experiment, MethodResult, SideResult, Stage};
 use crate::geometry::Pose2;
 use crate::odometry::OdometryCorrection;
 use serde::Serialize;
@@ -17,6 +17,21 @@ pub struct PoseJson {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
+}
+
+/// `table-one --json`.
+pub fn table_one(candidates: &[Candidate]) -> serde_json::Value {
+    let entry = |c: &Candidate| {
+        let causes: Vec<String> = c.causes.iter().map(crate::effect::Cause::line).collect();
+        serde_json::json!({
+            "effect": c.effect,
+            "causes": causes,
+            "distances_m": c.distances,
+            "chi2": c.chi2,
+            "log_evidence": c.log_evidence,
+        })
+    };
+    serde_json::json!({"candidates": candidates.iter().map(entry).collect::<Vec<_>>()})
 }
 
 /// `power --json`.
