@@ -8,6 +8,7 @@ mod certify;
 mod check;
 mod cli;
 mod dataset;
+mod diagnosis;
 mod effects;
 mod ground;
 mod import;
