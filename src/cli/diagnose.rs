@@ -7,7 +7,7 @@ use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
 use crate::effect::{Cause, ExtendedModel, load_scene};
 use crate::experiment::Simulator;
-use crate::report::{diagnosis, json::DiagnosisJson};
+use crate::report::{diagnosis, json::DiagnosisJson, page};
 use crate::scene::{ROBOTS, WORLDS};
 use anyhow::Context;
 use clap::Args;
@@ -93,6 +93,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = std::path::absolute(&model).with_context(|| model.display().to_string())?;
     let json = serde_json::to_string_pretty(&DiagnosisJson::new(&found, gain.as_ref(), &model))?;
     std::fs::write(folder.join("diagnosis.json"), &json).with_context(|| folder.display().to_string())?;
+    let data: Vec<PathBuf> = arguments.datasets.iter().chain(&arguments.hold_out).cloned().collect();
+    let title = format!("What {robot} gets wrong about {}", datasets[0].campaign.name);
+    let provenance = output::provenance(None, &data)?;
+    output::report(&folder, &page::diagnosis::page(title, &found, gain.as_ref(), &extended.to_toml(), provenance))?;
     let report = diagnosis::diagnosis(&found, gain.as_ref());
     std::fs::write(folder.join("report.txt"), &report).with_context(|| folder.display().to_string())?;
     if arguments.json {

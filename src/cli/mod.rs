@@ -15,6 +15,7 @@ mod options;
 mod output;
 #[cfg(feature = "recording")]
 mod record;
+mod report;
 mod watch;
 
 use crate::report::text;
@@ -52,6 +53,8 @@ enum Command {
     Challenge(challenge::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
     Certify(certify::Arguments),
+    /// Write a report of a folder of results again, or one of a dataset, as one HTML file
+    Report(report::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
     /// List the effects: every cause that a diagnosis can name and that --set puts into a scene
@@ -85,6 +88,7 @@ impl Cli {
             Some(Command::Diagnose(arguments)) => diagnose::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
+            Some(Command::Report(arguments)) => report::run(&arguments)?,
             Some(Command::Methods) => print!("{}", text::methods()),
             Some(Command::Effects(arguments)) => effects::run(&arguments)?,
         }
