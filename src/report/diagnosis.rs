@@ -23,7 +23,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     out.push_str(&draw(findings(diagnosis)));
     let _ = writeln!(out, "{}", worth(gain));
     if let Some(words) = next(diagnosis) {
-        let _ = writeln!(out, "{words}");
+        let _ = writeln!(out, "Next experiment: {words}");
     }
     out.push('\n');
     out.push_str(&draw(misfit(diagnosis)));
@@ -36,9 +36,22 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
         }
         out.push('\n');
     }
-    let _ = writeln!(out, "{}", noise(diagnosis));
+    let _ = writeln!(out, "Noise: {}.", noise(diagnosis));
     for left_out in &diagnosis.left_out {
         let _ = writeln!(out, "Left out: {left_out}.");
+    }
+    out
+}
+
+/// The same in short, for the recording's text panel.
+pub fn markdown(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
+    let mut out = format!("**{}**\n\n", answer(diagnosis));
+    let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Markdown) };
+    out.push_str(&draw(findings(diagnosis)));
+    out.push_str(&draw(ranking(diagnosis)));
+    let _ = writeln!(out, "{}\n", worth(gain));
+    if let Some(words) = next(diagnosis) {
+        let _ = writeln!(out, "Next experiment: {words}");
     }
     out
 }
@@ -154,7 +167,7 @@ pub(super) fn next(diagnosis: &Diagnosis) -> Option<String> {
     };
     let separates: Vec<String> = answers.iter().map(apart).collect();
     Some(format!(
-        "Next experiment: {}; five runs would tell {} by {:.1} σ.",
+        "{}; five runs would tell {} by {:.1} σ.",
         next.protocol,
         separates.join(" from "),
         next.expected_sigma
@@ -285,7 +298,7 @@ pub(super) fn digits(value: f64) -> String {
 pub(super) fn noise(diagnosis: &Diagnosis) -> String {
     let noise = &diagnosis.noise;
     format!(
-        "Noise: survey {:.2} mm, {:.2} mrad; scatter {:.2} mrad a corner, {:.2} mrad/√m, {:.3} % of distance; clocks {:.1} ms.",
+        "survey {:.2} mm, {:.2} mrad; scatter {:.2} mrad a corner, {:.2} mrad/√m, {:.3} % of distance; clocks {:.1} ms",
         1e3 * noise.position_std,
         1e3 * noise.heading_std,
         1e3 * noise.scatter.heading_per_corner,

@@ -34,6 +34,12 @@ impl Grid {
         Grid { note: note.into(), ..self }
     }
 
+    /// Whether a column holds words; they begin at the left.
+    pub fn is_words(&self, column: usize) -> bool {
+        let number = |cell: &str| cell.starts_with(|c: char| c.is_ascii_digit() || "-+−–<>".contains(c));
+        column == 0 || !self.rows.iter().any(|row| row.get(column).is_some_and(|cell| number(cell)))
+    }
+
     /// As text, with a blank line after it.
     pub fn draw(&self, style: Style) -> String {
         let mut text = String::new();
@@ -46,6 +52,11 @@ impl Grid {
         }
         let header: Vec<&str> = self.header.iter().map(String::as_str).collect();
         let mut table = table(style, &header);
+        for (index, column) in table.column_iter_mut().enumerate() {
+            if self.is_words(index) {
+                column.set_cell_alignment(comfy_table::CellAlignment::Left);
+            }
+        }
         table.add_rows(self.rows.iter().cloned());
         let _ = writeln!(text, "{table}");
         if markdown {

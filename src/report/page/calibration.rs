@@ -127,7 +127,7 @@ fn errors_of(calibration: &Calibration) -> Vec<Bars> {
             Some(bar(outcome.method.name, score(outcome)?.position_rmse_after, false))
         };
         rows.extend(calibration.outcomes.iter().filter_map(after));
-        Bars { title: title.to_owned(), scale: Scale::Linear, rows, reference: None }
+        Bars { title: title.to_owned(), scale: Scale::Linear, rows, reference: None, span: None }
     };
     let unseen = if calibration.held_out_by_name { "held out" } else { "each run from the others" };
     vec![
@@ -161,6 +161,7 @@ fn parameters(calibration: &Calibration) -> Vec<Bars> {
             })
             .collect(),
         reference: Some((1.0, "as believed".to_owned())),
+    span: None,
     };
     which.into_iter().map(figure).collect()
 }

@@ -24,14 +24,14 @@ pub fn page(
     };
     let drawn = &conditions[..conditions.len().min(MOST_FIGURES)];
     let mut beside = vec![words::worth(gain)];
-    beside.extend(words::next(diagnosis));
+    beside.extend(words::next(diagnosis).map(|next| format!("Next experiment: {next}")));
     let mut notes = vec![words::noise(diagnosis)];
     notes.extend(diagnosis.left_out.iter().map(|run| format!("Left out: {run}.")));
     let sections = [
         Section::of("What is named", vec![Block::Table(words::findings(diagnosis))]),
         Section::of(
             "What the extension is worth",
-            vec![Block::Bars(gain.map(worth).unwrap_or_default()), Block::Text(words::worth(gain))],
+            vec![Block::Bars(gain.map(worth).unwrap_or_default())],
         ),
         Section::of(
             "Where the model is wrong",
@@ -111,12 +111,12 @@ impl Condition<'_> {
             let mean = ends.iter().fold([0.0; 2], |[x, y], end| [x + end[0] / count, y + end[1] / count]);
             vec![[0.0; 2], mean]
         };
-        let way = way(hue);
+        let way = way(self.label);
         let marks = vec![
             Mark::new(hue, true, Shape::Arrow, "", arrow(&before)),
             Mark::new(hue, false, Shape::Arrow, "", arrow(&after)),
-            Mark::new(hue, true, Shape::Rings, &format!("model as given, {way}"), before),
-            Mark::new(hue, false, Shape::Dots, &format!("extended model, {way}"), after),
+            Mark::new(hue, true, Shape::Rings, &format!("model as given{way}"), before),
+            Mark::new(hue, false, Shape::Dots, &format!("extended model{way}"), after),
         ];
         Plane { title: format!("{}: surveyed − predicted end", self.label), unit: "mm".to_owned(), marks }
     }
@@ -124,9 +124,9 @@ impl Condition<'_> {
     /// Ways where they were surveyed, ends where these alone were \[m\].
     fn paths(&self) -> Plane {
         let hue = Hue::of_words(self.label);
-        let way = way(hue);
+        let way = way(self.label);
         let mut marks = Vec::new();
-        let names = ["measured".to_owned(), format!("model as given, {way}"), format!("extended model, {way}")];
+        let names = ["measured".to_owned(), format!("model as given{way}"), format!("extended model{way}")];
         for run in &self.runs {
             let measured: Vec<[f64; 2]> = run.measured.iter().map(|pose| [pose.x, pose.y]).collect();
             let predicted = |poses: &[crate::geometry::Pose2]| poses.iter().map(|pose| [pose.x, pose.y]).collect();
@@ -145,12 +145,11 @@ impl Condition<'_> {
     }
 }
 
-fn way(hue: Hue) -> &'static str {
-    match hue {
-        Hue::Clockwise => "cw or in reverse",
-        Hue::CounterClockwise => "ccw or forward",
-        Hue::Ink | Hue::Other => "other",
-    }
+/// For the key: which way round, where there is one.
+fn way(label: &str) -> String {
+    let words = ["ccw", "cw", "forward", "reverse"];
+    let mut parts = label.split(|c: char| !c.is_alphanumeric());
+    parts.find(|part| words.contains(part)).map_or(String::new(), |way| format!(", {way}"))
 }
 
 /// Errors on held-out runs, and the gain with its interval.
@@ -167,6 +166,7 @@ fn worth(gain: &Gain) -> Vec<Bars> {
         scale: Scale::Linear,
         rows: vec![bar("model as given", before, unit, true), bar("extended model", after, unit, false)],
         reference,
+        span: None,
     };
     let floor = (1e3 * gain.noise_floor, "noise floor".to_owned());
     let share = 1.0 - gain.position_after / gain.position_before;
@@ -188,6 +188,7 @@ fn worth(gain: &Gain) -> Vec<Bars> {
                 pale: gain.interval[0] <= 0.0,
             }],
             reference: Some((0.0, "none".to_owned())),
+        span: None,
         },
     ];
     if gain.heading_before.is_finite() {
@@ -218,6 +219,7 @@ fn probabilities(diagnosis: &Diagnosis) -> Bars {
         scale: Scale::Linear,
         rows,
         reference: None,
+    span: None,
     }
 }
 
@@ -231,13 +233,15 @@ fn visibility(diagnosis: &Diagnosis) -> Vec<Bars> {
             value: ratio.is_finite().then_some(ratio),
             interval: None,
             words: match unseen.smallest_detectable {
-                smallest if smallest.is_finite() => words::digits(smallest),
-                _ => "never".to_owned(),
+                smallest if smallest.is_finite() => format!("{} of {}", words::digits(smallest), unseen.plausible),
+                _ => "at no size".to_owned(),
             },
             pale: ratio > 1.0,
         }
     };
-    // Rows without a number hold the scale no wider; both columns share it by sharing its ends.
+    // Both columns on one scale.
+    let ratios = || list.iter().map(|unseen| unseen.smallest_detectable / unseen.plausible).filter(|r| r.is_finite());
+    let span = [ratios().fold(1.0, f64::min), ratios().fold(1.0, f64::max)];
     let half = list.len().div_ceil(2);
     list.chunks(half.max(1))
         .enumerate()
@@ -249,6 +253,7 @@ fn visibility(diagnosis: &Diagnosis) -> Vec<Bars> {
             scale: Scale::Logarithmic,
             rows: part.iter().map(bar).collect(),
             reference: Some((1.0, "as large as is plausible".to_owned())),
+            span: Some(span),
         })
         .collect()
 }

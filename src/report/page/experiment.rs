@@ -152,6 +152,7 @@ fn improvements(experiment: &Experiment) -> Vec<Bars> {
             })
             .collect(),
         reference: Some((1.0, "no better".to_owned())),
+    span: None,
     };
     sides.into_iter().map(figure).collect()
 }

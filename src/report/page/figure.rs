@@ -105,6 +105,8 @@ pub struct Bars {
     pub rows: Vec<Bar>,
     /// A line across, and what it means.
     pub reference: Option<(f64, String)>,
+    /// What has to be shown at least, so that figures beside each other have one scale.
+    pub span: Option<[f64; 2]>,
 }
 
 impl Hue {
@@ -308,6 +310,7 @@ impl Bars {
         let of = |value: f64| if self.scale == Scale::Logarithmic { value.log10() } else { value };
         let numbers = self.rows.iter().flat_map(|bar| bar.value.into_iter().chain(bar.interval.into_iter().flatten()));
         let numbers = numbers.chain(self.reference.as_ref().map(|(value, _)| *value));
+        let numbers = numbers.chain(self.span.into_iter().flatten());
         let zero = (self.scale == Scale::Linear).then_some(0.0);
         let shown: Vec<f64> = numbers.chain(zero).map(of).filter(|value| value.is_finite()).collect();
         let low = shown.iter().copied().fold(f64::INFINITY, f64::min);

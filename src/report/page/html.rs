@@ -64,17 +64,17 @@ fn section(section: &Section) -> Markup {
     html! {
         section {
             h2 { (section.heading) }
-            @for block in &section.blocks { (self::block(block)) }
+            @for block in &section.blocks { (self::block(block, &section.heading)) }
         }
     }
 }
 
-fn block(block: &Block) -> Markup {
+fn block(block: &Block, heading: &str) -> Markup {
     html! {
         @match block {
             Block::Text(words) => { p { (words) } }
             Block::List(items) => { ul { @for item in items { li { (item) } } } }
-            Block::Table(grid) => { (table(grid)) }
+            Block::Table(grid) => { (table(grid, heading)) }
             Block::Planes(planes) => {
                 (key(planes))
                 div.figures {
@@ -93,16 +93,16 @@ fn block(block: &Block) -> Markup {
     }
 }
 
-fn table(grid: &Grid) -> Markup {
+fn table(grid: &Grid, heading: &str) -> Markup {
     html! {
-        @if !grid.title.is_empty() { h3 { (grid.title) } }
+        @if !grid.title.is_empty() && grid.title != heading { h3 { (grid.title) } }
         // On a phone a wide table scrolls by itself, the page does not.
         div.scroll {
             table {
-                thead { tr { @for name in &grid.header { th scope="col" { (name) } } } }
+                thead { tr { @for (index, name) in grid.header.iter().enumerate() { th.words[grid.is_words(index)] scope="col" { (name) } } } }
                 tbody {
                     @for row in &grid.rows { tr { @for (index, cell) in row.iter().enumerate() {
-                        @if index == 0 { th scope="row" { (cell) } } @else { td { (cell) } }
+                        @if index == 0 { th scope="row" { (cell) } } @else { td.words[grid.is_words(index)] { (cell) } }
                     } } }
                 }
             }

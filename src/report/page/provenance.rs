@@ -45,6 +45,9 @@ pub struct DigestError {
 
 impl Provenance {
     /// Of this program, run as `arguments`, the program's own name first.
+    ///
+    /// # Errors
+    /// A file of the data that cannot be read.
     pub fn new(
         arguments: impl IntoIterator<Item = String>,
         seed: Option<u64>,
