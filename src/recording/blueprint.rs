@@ -148,21 +148,20 @@ fn overview(outline: &Outline) -> Pane {
         "- /how_to_read/**".to_owned(),
     ];
     contents.extend(outline.featured.iter().map(|run| format!("- {}/**", run.path().child("series").escaped())));
-    over(View::new("3D", outline.title.clone(), "/").contents(contents), &outline.area, 0.85)
+    over(View::new("3D", outline.title.clone(), "/").contents(contents), &outline.area, 0.85, 0.6)
 }
 
-/// A view of an area of the floor from behind the start, at an angle of depression \[rad\].
-pub(super) fn over(view: View, area: &Area, depression: f64) -> Pane {
+/// A view of an area of the floor from behind the start, at an angle of depression \[rad\], with a margin \[m\].
+pub(super) fn over(view: View, area: &Area, depression: f64, margin: f64) -> Pane {
     let centre = [0, 1].map(|axis| 0.5 * (area.min[axis] + area.max[axis]));
-    let size = [0, 1].map(|axis| area.max[axis] - area.min[axis] + 0.6);
+    let size = [0, 1].map(|axis| area.max[axis] - area.min[axis] + margin);
     // In a pane about 1.7 times as wide as high.
     let (sin, cos) = depression.sin_cos();
     let distance = (0.5 * size[0] * sin).max(0.5 * size[1] / 1.7) / HALF_VIEW.tan() + 0.5 * size[0] * cos;
     // A little nearer than the middle, which the eye sees above its own.
     let centre = [centre[0] - 0.06 * size[0], centre[1]];
     let eye = [centre[0] - distance * cos, centre[1], distance * sin];
-    view
-        .with(&LineGrid3D::new().with_visible(false))
+    view.with(&LineGrid3D::new().with_visible(false))
         .with(
             &EyeControls3D::new()
                 .with_kind(Eye3DKind::Orbital)

@@ -104,36 +104,47 @@ fn run_name(index: usize, run: &RunReadings) -> String {
 fn layout(title: &str, area: &Area, logged: bool) -> Pane {
     let plots = |root: &str, position: &str, heading: &str, legend: bool| {
         let plot = |name: &str, series: &str| {
-            (1.0, blueprint::time_series(name, vec![format!("+ /{root}/{series}/**")], legend.then_some(Corner2D::LeftTop)))
+            (
+                1.0,
+                blueprint::time_series(
+                    name,
+                    vec![format!("+ /{root}/{series}/**")],
+                    legend.then_some(Corner2D::LeftTop),
+                ),
+            )
         };
         let panes = vec![plot(position, "position_residual_mm"), plot(heading, "heading_residual_mrad")];
         blueprint::split(ContainerKind::Vertical, panes)
     };
     let along = plots("series", "Position residual along the run [mm]", "Heading residual along the run [mrad]", false);
-    let by_run = plots("by_run", "Position residual of ends, run by run [mm]", "Heading residual of ends, run by run [mrad]", true);
+    let by_run = plots(
+        "by_run",
+        "Position residual of ends, run by run [mm]",
+        "Heading residual of ends, run by run [mrad]",
+        true,
+    );
     let series = if logged {
         blueprint::tabs(vec![("Along the run", along), ("Run by run (timeline run)", by_run)])
     } else {
         by_run
     };
+    let margin = 0.15 * (0..2).map(|axis| area.max[axis] - area.min[axis]).fold(0.1, f64::max);
     let floor = ["+ /floor/**".to_owned()];
     let view = |name: &str, root: &str| {
         let contents = floor.iter().cloned().chain([format!("+ /{root}/**")]).collect();
-        blueprint::over(View::new("3D", name, "/").contents(contents), area, STEEP)
+        blueprint::over(View::new("3D", name, "/").contents(contents), area, STEEP, margin)
     };
     let name: Pane = View::new("TextDocument", "Which run", "/one_run/name").into();
-    let one_run = blueprint::split(
-        ContainerKind::Vertical,
-        vec![(1.0, view("One run", "one_run")), (0.14, name)],
-    );
-    let floor_tabs = blueprint::tabs(vec![(title, view(title, "paths")), ("One run at a time (timeline run)", one_run)]);
+    let one_run = blueprint::split(ContainerKind::Vertical, vec![(1.0, view("One run", "one_run")), (0.14, name)]);
+    let floor_tabs =
+        blueprint::tabs(vec![(title, view(title, "paths")), ("One run at a time (timeline run)", one_run)]);
     let residuals: Pane =
         View::new("2D", "Measured less predicted ends, by condition [mm]", "/residuals").on_paper().into();
     let left = blueprint::split(ContainerKind::Vertical, vec![(1.5, floor_tabs), (1.0, residuals)]);
     let texts = vec![
-        (0.9, View::new("TextDocument", "Diagnosis", "/result").into()),
-        (0.36, View::new("TextDocument", "How to read this", "/how_to_read").into()),
-        (1.0, series),
+        (1.15, View::new("TextDocument", "Diagnosis", "/result").into()),
+        (0.27, View::new("TextDocument", "How to read this", "/how_to_read").into()),
+        (0.95, series),
     ];
     let right = blueprint::split(ContainerKind::Vertical, texts);
     blueprint::split(ContainerKind::Horizontal, vec![(1.15, left), (1.0, right)])
@@ -158,7 +169,7 @@ const WAYS: [Way; 3] = [
         name: "measured",
         points: |run| run.measured.iter().map(|pose| [pose.x, pose.y]).collect(),
         colour: |_| BELIEF,
-        width: 5.0,
+        width: 4.0,
         height: 2e-3,
     },
     Way {
@@ -195,7 +206,7 @@ fn paths(stream: &Stream, runs: &[RunReadings]) {
             let points = way.on_floor(run);
             let (colour, path) = ((way.colour)(&run.condition), root.child(way.name));
             let end = points.last().copied();
-            let ends = Points3D::new(end).with_colors([colour]).with_radii([look::points(1.6 * way.width + 2.0)]);
+            let ends = Points3D::new(end).with_colors([colour]).with_radii([look::points(1.2 * way.width + 2.0)]);
             stream.fixed(path.child("end"), &ends);
             if points.len() >= WAY {
                 let line = LineStrips3D::new([LineStrip3D::from_iter(points)]);
@@ -278,10 +289,16 @@ fn residuals(stream: &Stream, runs: &[RunReadings]) {
         let path = root.child(cell.condition);
         let half = 0.5 * size;
         let mut lines = vec![vec![[-half, 0.0], [half, 0.0]], vec![[0.0, -half], [0.0, half]]];
-        lines.push((0..=48).map(|k| (TAU * f64::from(k) / 48.0).sin_cos()).map(|(s, c)| [ring * c, ring * s]).collect());
+        lines
+            .push((0..=48).map(|k| (TAU * f64::from(k) / 48.0).sin_cos()).map(|(s, c)| [ring * c, ring * s]).collect());
         let thin = lines.into_iter().map(|line| strip(line.into_iter().map(place)));
         let thin = LineStrips2D::new(thin).with_radii([look::points(1.0)]).with_colors([look::GRID]);
         stream.fixed(path.child("axes"), &thin.with_draw_order(0.0));
+
+        // The viewer leaves no margin around what it shows.
+        let frame = [[-half, half], [half, half], [half, -half - 4.6 * letters], [-half, -half - 4.6 * letters]];
+        let frame = LineStrips2D::new([strip(frame.map(place))]).with_radii([look::points(0.5)]);
+        stream.fixed(path.child("margin"), &frame.with_colors([look::PAPER]).with_draw_order(-1.0));
 
         let mut words = Vec::new();
         for (row, part) in cell.condition.split(", ").enumerate() {
@@ -294,7 +311,8 @@ fn residuals(stream: &Stream, runs: &[RunReadings]) {
         let words = LineStrips2D::new(words).with_radii([look::points(1.25)]).with_colors([INK]);
         stream.fixed(path.child("words"), &words.with_draw_order(1.0));
 
-        for (name, ends, stage, order) in [("before", &cell.before, BEFORE, 10.0), ("after", &cell.after, AFTER, 20.0)] {
+        for (name, ends, stage, order) in [("before", &cell.before, BEFORE, 10.0), ("after", &cell.after, AFTER, 20.0)]
+        {
             let count = ends.len() as f64;
             let mean = ends.iter().fold([0.0; 2], |[x, y], end| [x + end[0] / count, y + end[1] / count]);
             let arrows = ends.iter().chain([&mean]);
@@ -334,7 +352,9 @@ fn series(stream: &Stream, run: &RunReadings) {
         let timed = || stamps.iter().zip(&off).filter_map(|(stamp, off)| Some(((*stamp)?, off)));
         let position: Vec<(f64, f64)> = timed().map(|(stamp, off)| (stamp, off.0)).collect();
         let heading: Vec<(f64, f64)> = timed().filter_map(|(stamp, off)| Some((stamp, off.1?))).collect();
-        for (what, unit, values) in [("position_residual_mm", "mm", position), ("heading_residual_mrad", "mrad", heading)] {
+        for (what, unit, values) in
+            [("position_residual_mm", "mm", position), ("heading_residual_mrad", "mrad", heading)]
+        {
             if values.is_empty() {
                 continue;
             }
@@ -364,7 +384,9 @@ fn by_run(stream: &Stream, runs: &[RunReadings]) {
             (1..).zip(runs).filter_map(|(number, run)| Some((number, end(run)?))).collect();
         let position: Vec<(i64, f64)> = ends.iter().map(|(number, end)| (*number, end.0)).collect();
         let heading: Vec<(i64, f64)> = ends.iter().filter_map(|(number, end)| Some((*number, end.1?))).collect();
-        for (what, unit, values) in [("position_residual_mm", "mm", position), ("heading_residual_mrad", "mrad", heading)] {
+        for (what, unit, values) in
+            [("position_residual_mm", "mm", position), ("heading_residual_mrad", "mrad", heading)]
+        {
             if values.is_empty() {
                 continue;
             }

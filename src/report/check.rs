@@ -1,7 +1,7 @@
 //! What a campaign looks like: its runs, where they ended, and what is suspicious.
 
-use crate::calibrate::{CentreOfGravity, SquareErrors, Suspicion, Training};
 use super::grid::Grid;
+use crate::calibrate::{CentreOfGravity, SquareErrors, Suspicion, Training};
 use crate::dataset::{Dataset, Protocol, Run, SurveyedPose};
 use serde::Serialize;
 use std::fmt::Write;

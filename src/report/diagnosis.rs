@@ -45,11 +45,10 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
 
 /// The same in short, for the recording's text panel.
 pub fn markdown(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
-    let mut out = format!("**{}**\n\n", answer(diagnosis));
+    let mut out = format!("**{}**\n\n{}\n\n", answer(diagnosis), worth(gain));
     let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Markdown) };
     out.push_str(&draw(findings(diagnosis)));
     out.push_str(&draw(ranking(diagnosis)));
-    let _ = writeln!(out, "{}\n", worth(gain));
     if let Some(words) = next(diagnosis) {
         let _ = writeln!(out, "Next experiment: {words}");
     }
@@ -75,7 +74,9 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
                 terms.join(", ")
             )
         }
-        Verdict::Named => format!("Named: {} explain{} these data.", list(&alone), if alone.len() == 1 { "s" } else { "" }),
+        Verdict::Named => {
+            format!("Named: {} explain{} these data.", list(&alone), if alone.len() == 1 { "s" } else { "" })
+        }
         Verdict::Ambiguous => {
             let groups = grouped.iter().map(|finding| {
                 let mut names = vec![named(finding)];
@@ -93,7 +94,11 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
 
 /// A finding with its wheel or side.
 fn named(finding: &Finding) -> String {
-    if finding.choice.is_empty() { finding.effect.to_owned() } else { format!("{} ({})", finding.effect, finding.choice) }
+    if finding.choice.is_empty() {
+        finding.effect.to_owned()
+    } else {
+        format!("{} ({})", finding.effect, finding.choice)
+    }
 }
 
 fn joined(names: &[String], word: &str) -> String {
@@ -280,9 +285,15 @@ pub(super) fn unseen(diagnosis: &Diagnosis) -> Vec<String> {
     }
     lines.extend(large.iter().map(|unseen| {
         let Unseen { effect, parameter, smallest_detectable, plausible } = unseen;
-        format!("{effect}.{parameter} below {} (plausible: {plausible})", digits(*smallest_detectable))
+        format!("{effect}.{parameter} below {} (plausible: {})", digits(*smallest_detectable), brief(*plausible))
     }));
     lines
+}
+
+/// As short as it is stated, or in two significant digits.
+pub(super) fn brief(value: f64) -> String {
+    let stated = value.to_string();
+    if stated.len() <= 6 { stated } else { digits(value) }
 }
 
 /// Two significant digits.

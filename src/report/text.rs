@@ -159,9 +159,8 @@ pub(super) fn calibration_grids(calibration: &Calibration) -> [Grid; 2] {
             outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[1])),
         ]);
     }
-    let corrections = corrections.noted(
-        "own bias: what the method finds less what went in, on noise-free end poses of a robot like this one",
-    );
+    let corrections = corrections
+        .noted("own bias: what the method finds less what went in, on noise-free end poses of a robot like this one");
 
     let held_out = if calibration.held_out_by_name { "held out" } else { "each run from the others" };
     let mut errors = Grid::new(

@@ -14,4 +14,5 @@ mod import;
 mod literature;
 mod property;
 mod quasi_static;
+mod report;
 mod rig;

@@ -23,7 +23,12 @@ pub fn page(
     let mut planes = Vec::new();
     if let Some((outcome, estimate)) = best {
         let correction = estimate.correction();
-        planes.push(scatter(format!("Runs that {} was fitted to", outcome.method.name), training, training, &correction));
+        planes.push(scatter(
+            format!("Runs that {} was fitted to", outcome.method.name),
+            training,
+            training,
+            &correction,
+        ));
         let unseen = |hold_out| scatter("Runs that were held out".to_owned(), training, hold_out, &correction);
         planes.extend(hold_out.map(unseen));
     }
@@ -78,7 +83,9 @@ fn next(calibration: &Calibration) -> &'static str {
         (_, Some((_, Estimate { not_fixed: Some(_), .. }))) => {
             "A straight, measured with a tape, parts the distance scale from the track."
         }
-        (None, _) => "Other shapes or sizes, named with --hold-out: only they show whether diameters and track are enough.",
+        (None, _) => {
+            "Other shapes or sizes, named with --hold-out: only they show whether diameters and track are enough."
+        }
         (Some(true), _) => "None is called for: what was held out is predicted as well as what was fitted.",
     }
 }
@@ -87,16 +94,16 @@ fn next(calibration: &Calibration) -> &'static str {
 fn scatter(title: String, training: &Training, runs: &Training, correction: &OdometryCorrection) -> Plane {
     let mut marks = Vec::new();
     for (hue, way) in [(Hue::Clockwise, "cw"), (Hue::CounterClockwise, "ccw"), (Hue::Other, "other")] {
-        let of_hue = || {
-            runs.runs.iter().filter(move |run| Hue::of_words(run.protocol.direction().unwrap_or_default()) == hue)
-        };
+        let of_hue =
+            || runs.runs.iter().filter(move |run| Hue::of_words(run.protocol.direction().unwrap_or_default()) == hue);
         let before: Vec<[f64; 2]> =
             of_hue().map(|run| run.believed_error()).map(|error| [1e3 * error.x, 1e3 * error.y]).collect();
         let after: Vec<[f64; 2]> = of_hue()
             .map(|run| run.error(&training.odometry, correction))
             .map(|error| [1e3 * error.x, 1e3 * error.y])
             .collect();
-        for (pale, shape, words, points) in [(true, Shape::Rings, "before", before), (false, Shape::Dots, "after", after)]
+        for (pale, shape, words, points) in
+            [(true, Shape::Rings, "before", before), (false, Shape::Dots, "after", after)]
         {
             if points.is_empty() {
                 continue;
@@ -123,9 +130,8 @@ fn errors_of(calibration: &Calibration) -> Vec<Bars> {
         if let Some(first) = calibration.outcomes.iter().find_map(score) {
             rows.push(bar("before", first.position_rmse_before, true));
         }
-        let after = |outcome: &MethodOutcome| {
-            Some(bar(outcome.method.name, score(outcome)?.position_rmse_after, false))
-        };
+        let after =
+            |outcome: &MethodOutcome| Some(bar(outcome.method.name, score(outcome)?.position_rmse_after, false));
         rows.extend(calibration.outcomes.iter().filter_map(after));
         Bars { title: title.to_owned(), scale: Scale::Linear, rows, reference: None, span: None }
     };
@@ -161,7 +167,7 @@ fn parameters(calibration: &Calibration) -> Vec<Bars> {
             })
             .collect(),
         reference: Some((1.0, "as believed".to_owned())),
-    span: None,
+        span: None,
     };
     which.into_iter().map(figure).collect()
 }

@@ -25,20 +25,18 @@ pub fn page(
     let drawn = &conditions[..conditions.len().min(MOST_FIGURES)];
     let mut beside = vec![words::worth(gain)];
     beside.extend(words::next(diagnosis).map(|next| format!("Next experiment: {next}")));
-    let mut notes = vec![words::noise(diagnosis)];
+    let mut notes = vec![capital(words::noise(diagnosis))];
     notes.extend(diagnosis.left_out.iter().map(|run| format!("Left out: {run}.")));
     let sections = [
         Section::of("What is named", vec![Block::Table(words::findings(diagnosis))]),
-        Section::of(
-            "What the extension is worth",
-            vec![Block::Bars(gain.map(worth).unwrap_or_default())],
-        ),
+        Section::of("What the extension is worth", vec![Block::Bars(gain.map(worth).unwrap_or_default())]),
         Section::of(
             "Where the model is wrong",
             vec![
                 Block::Planes(drawn.iter().map(|condition| condition.residuals()).collect()),
                 Block::Text(
-                    "Arrows are means; a model that is right ends at the cross of the axes, but for the noise.".to_owned(),
+                    "Arrows are means; a model that is right ends at the cross of the axes, but for the noise."
+                        .to_owned(),
                 ),
                 Block::Table(words::misfit(diagnosis)),
                 Block::Planes(drawn.iter().map(|condition| condition.paths()).collect()),
@@ -54,9 +52,12 @@ pub fn page(
             blocks.push(Block::Bars(visibility(diagnosis)));
             blocks
         }),
-        Section::of("Next experiment", vec![Block::Text(words::next(diagnosis).unwrap_or_else(|| {
-            "These data leave no two answers that a single protocol would have to tell apart.".to_owned()
-        }))]),
+        Section::of(
+            "Next experiment",
+            vec![Block::Text(words::next(diagnosis).map(capital).unwrap_or_else(|| {
+                "These data leave no two answers that a single protocol would have to tell apart.".to_owned()
+            }))],
+        ),
         Section::of("Noise", vec![Block::List(notes)]),
         Section::of(
             "The extended model",
@@ -74,6 +75,12 @@ pub fn page(
         sections: sections.into_iter().flatten().collect(),
         provenance,
     }
+}
+
+/// As a sentence begins.
+fn capital(words: String) -> String {
+    let mut letters = words.chars();
+    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }
 
 /// Runs that drove the same.
@@ -188,7 +195,7 @@ fn worth(gain: &Gain) -> Vec<Bars> {
                 pale: gain.interval[0] <= 0.0,
             }],
             reference: Some((0.0, "none".to_owned())),
-        span: None,
+            span: None,
         },
     ];
     if gain.heading_before.is_finite() {
@@ -219,7 +226,7 @@ fn probabilities(diagnosis: &Diagnosis) -> Bars {
         scale: Scale::Linear,
         rows,
         reference: None,
-    span: None,
+        span: None,
     }
 }
 
@@ -233,7 +240,9 @@ fn visibility(diagnosis: &Diagnosis) -> Vec<Bars> {
             value: ratio.is_finite().then_some(ratio),
             interval: None,
             words: match unseen.smallest_detectable {
-                smallest if smallest.is_finite() => format!("{} of {}", words::digits(smallest), unseen.plausible),
+                smallest if smallest.is_finite() => {
+                    format!("{} of {}", words::digits(smallest), words::brief(unseen.plausible))
+                }
                 _ => "at no size".to_owned(),
             },
             pale: ratio > 1.0,

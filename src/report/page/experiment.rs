@@ -5,6 +5,7 @@ use crate::calibrate::{Score, SquareErrors};
 use crate::dataset::SurveyedPose;
 use crate::experiment::{Experiment, MethodResult, Stage};
 use crate::report::{ros2, text};
+use std::collections::BTreeMap;
 
 /// The page of an experiment driven by `robot`.
 pub fn page(title: String, experiment: &Experiment, provenance: Provenance) -> Page {
@@ -19,21 +20,22 @@ pub fn page(title: String, experiment: &Experiment, provenance: Provenance) -> P
         beside.push("Interrupted: this is what had been driven.".to_owned());
     }
     beside.extend(best.and_then(|best| elsewhere(best, &experiment.before)));
-    let figures = experiment.before.sides.iter().filter_map(|side| scatter(experiment, best, side.side)).collect();
+    let figures = experiment.before.sides.iter().flat_map(|side| scatter(experiment, best, side.side)).collect();
     let mut unable: Vec<String> = experiment
         .not_applicable
         .iter()
         .map(|(method, side, why)| format!("{method} on {side} m squares is not applicable: {why}"))
         .collect();
-    let mut not_fixed: Vec<String> = experiment
-        .methods
-        .iter()
-        .filter_map(|result| Some(format!("{}: {}", result.method, result.estimate.not_fixed?)))
-        .collect();
-    not_fixed.dedup();
-    not_fixed.sort();
-    not_fixed.dedup();
-    unable.extend(not_fixed);
+    let mut not_fixed: BTreeMap<&str, Vec<&str>> = BTreeMap::new();
+    for result in &experiment.methods {
+        if let Some(words) = result.estimate.not_fixed {
+            let methods = not_fixed.entry(words).or_default();
+            if !methods.contains(&result.method) {
+                methods.push(result.method);
+            }
+        }
+    }
+    unable.extend(not_fixed.into_iter().map(|(words, methods)| format!("{}: {words}", methods.join(", "))));
     let tables = text::experiment_grids(experiment, |_| true).into_iter().map(Block::Table).collect();
     let paste = best.map_or(String::new(), |best| yaml(best, &experiment.before));
     let sections = [
@@ -61,7 +63,7 @@ pub fn page(title: String, experiment: &Experiment, provenance: Provenance) -> P
     Page {
         format: FORMAT.to_owned(),
         title,
-        answer: answer(best, &experiment.before),
+        answer: answer(best, &experiment.before, experiment.methods.len()),
         beside,
         sections: sections.into_iter().flatten().collect(),
         provenance,
@@ -72,15 +74,16 @@ fn e_max(stage: &Stage, side: f64) -> Option<f64> {
     Some(1e3 * stage.side(side)?.e_max_syst())
 }
 
-fn answer(best: Option<&MethodResult>, before: &Stage) -> String {
+fn answer(best: Option<&MethodResult>, before: &Stage, methods: usize) -> String {
     let words = best.and_then(|best| {
         let side = best.calibrated_on_side;
         Some(format!(
-            "Calibrated by {} on {side} m squares, the robot's largest systematic end error falls from {:.1} to {:.1} mm: {:.1} times better.",
+            "Calibrated by {} on {side} m squares, the robot's largest systematic end error falls from {:.1} to {:.1} mm: {:.1} times better, the best of {}.",
             best.method,
             e_max(before, side)?,
             e_max(&best.after, side)?,
-            best.improvement(before)?
+            best.improvement(before)?,
+            if methods == 1 { "one calibration".to_owned() } else { format!("{methods} calibrations") }
         ))
     });
     words.unwrap_or_else(|| "No calibration was driven to its end.".to_owned())
@@ -103,9 +106,9 @@ fn points(errors: &[SurveyedPose]) -> Vec<[f64; 2]> {
 }
 
 /// End errors of one side's squares before and after the best calibration \[mm\].
-fn scatter(experiment: &Experiment, best: Option<&MethodResult>, side: f64) -> Option<Plane> {
-    let mut marks = Vec::new();
-    let mut add = |errors: &SquareErrors, after: bool, words: &str| {
+fn scatter(experiment: &Experiment, best: Option<&MethodResult>, side: f64) -> Vec<Plane> {
+    let cluster = |errors: &SquareErrors, after: bool, words: &str| {
+        let mut marks = Vec::new();
         let both = [
             (Hue::Clockwise, "cw", &errors.cw, errors.cw_centre()),
             (Hue::CounterClockwise, "ccw", &errors.ccw, errors.ccw_centre()),
@@ -117,16 +120,20 @@ fn scatter(experiment: &Experiment, best: Option<&MethodResult>, side: f64) -> O
             let centre = centre.map(|centre| [1e3 * centre.x, 1e3 * centre.y]);
             marks.push(Mark::new(hue, !after, Shape::Crosses, "", centre.into_iter().collect()));
         }
+        marks
     };
-    add(&experiment.before.side(side)?.errors, false, "before");
-    let mut title = format!("{side} m squares");
-    if let Some(best) = best
-        && let Some(entry) = best.after.side(side)
-    {
-        add(&entry.errors, true, "after");
-        title = format!("{title}, before and after {} on {} m", best.method, best.calibrated_on_side);
-    }
-    Some(Plane { title, unit: "mm".to_owned(), marks })
+    let plane = |title: String, marks: Vec<Mark>| Plane { title, unit: "mm".to_owned(), marks };
+    let Some(before) = experiment.before.side(side).map(|entry| cluster(&entry.errors, false, "before")) else {
+        return Vec::new();
+    };
+    let after = best.and_then(|best| Some((best, cluster(&best.after.side(side)?.errors, true, "after"))));
+    let Some((best, after)) = after else { return vec![plane(format!("{side} m squares"), before)] };
+    let by = format!("{} on {} m", best.method, best.calibrated_on_side);
+    vec![
+        plane(format!("{side} m squares, before and after {by}"), [before, after.clone()].concat()),
+        // What is left is too small to be seen beside what was.
+        plane(format!("{side} m squares, after {by}, closer"), after),
+    ]
 }
 
 /// How many times better each method makes the side that it saw.
@@ -152,7 +159,7 @@ fn improvements(experiment: &Experiment) -> Vec<Bars> {
             })
             .collect(),
         reference: Some((1.0, "no better".to_owned())),
-    span: None,
+        span: None,
     };
     sides.into_iter().map(figure).collect()
 }

@@ -27,7 +27,7 @@ impl Page {
                         header {
                             p.kicker { (self.title) }
                             h1 { (self.answer) }
-                            @for words in &self.beside { p { (words) } }
+                            @for words in &self.beside { p { (prose(words)) } }
                         }
                         @for section in &self.sections { (self::section(section)) }
                         (self.again())
@@ -72,8 +72,8 @@ fn section(section: &Section) -> Markup {
 fn block(block: &Block, heading: &str) -> Markup {
     html! {
         @match block {
-            Block::Text(words) => { p { (words) } }
-            Block::List(items) => { ul { @for item in items { li { (item) } } } }
+            Block::Text(words) => { p { (prose(words)) } }
+            Block::List(items) => { ul { @for item in items { li { (prose(item)) } } } }
             Block::Table(grid) => { (table(grid, heading)) }
             Block::Planes(planes) => {
                 (key(planes))
@@ -93,6 +93,20 @@ fn block(block: &Block, heading: &str) -> Markup {
     }
 }
 
+/// What stands between backticks is code.
+fn prose(words: &str) -> Markup {
+    html! {
+        @for (index, part) in words.split('`').enumerate() {
+            @if index % 2 == 0 { (part) } @else { code { (part) } }
+        }
+    }
+}
+
+/// Long names may break after an underscore.
+fn breakable(name: &str) -> Markup {
+    html! { @for (index, part) in name.split('_').enumerate() { @if index > 0 { "_" wbr; } (part) } }
+}
+
 fn table(grid: &Grid, heading: &str) -> Markup {
     html! {
         @if !grid.title.is_empty() && grid.title != heading { h3 { (grid.title) } }
@@ -102,7 +116,7 @@ fn table(grid: &Grid, heading: &str) -> Markup {
                 thead { tr { @for (index, name) in grid.header.iter().enumerate() { th.words[grid.is_words(index)] scope="col" { (name) } } } }
                 tbody {
                     @for row in &grid.rows { tr { @for (index, cell) in row.iter().enumerate() {
-                        @if index == 0 { th scope="row" { (cell) } } @else { td.words[grid.is_words(index)] { (cell) } }
+                        @if index == 0 { th scope="row" { (breakable(cell)) } } @else { td.words[grid.is_words(index)] { (cell) } }
                     } } }
                 }
             }
