@@ -144,7 +144,7 @@ impl Mark {
 
 /// Width and height of the drawing, in its own units, and its margins: left, top, right, bottom.
 const WIDTH: f64 = 380.0;
-const MARGIN: [f64; 4] = [46.0, 10.0, 14.0, 40.0];
+const MARGIN: [f64; 4] = [54.0, 10.0, 14.0, 40.0];
 /// Height of a bar's row, and of what stands above and below all of them.
 const ROW: f64 = 36.0;
 
@@ -203,7 +203,7 @@ impl Plane {
                 }
                 text x=(one(0.5 * (from + to))) y=(one(top + height + 33.0)) text-anchor="middle" { "x [" (self.unit) "]" }
                 text x="0" y="0" text-anchor="middle"
-                    transform=(format!("translate({:.1} {:.1}) rotate(-90)", from - 35.0, top + 0.5 * height)) { "y [" (self.unit) "]" }
+                    transform=(format!("translate({:.1} {:.1}) rotate(-90)", from - 44.0, top + 0.5 * height)) { "y [" (self.unit) "]" }
                 @for mark in &self.marks { (draw(mark, &at)) }
             }
         }
