@@ -206,7 +206,9 @@ fn paths(stream: &Stream, runs: &[RunReadings]) {
             let points = way.on_floor(run);
             let (colour, path) = ((way.colour)(&run.condition), root.child(way.name));
             let end = points.last().copied();
-            let ends = Points3D::new(end).with_colors([colour]).with_radii([look::points(1.2 * way.width + 2.0)]);
+            // An end that no way leads to has to catch the eye by itself.
+            let size = if points.len() >= WAY { 1.2 * way.width + 2.0 } else { 2.0 * way.width + 5.0 };
+            let ends = Points3D::new(end).with_colors([colour]).with_radii([look::points(size)]);
             stream.fixed(path.child("end"), &ends);
             if points.len() >= WAY {
                 let line = LineStrips3D::new([LineStrip3D::from_iter(points)]);

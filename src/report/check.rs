@@ -75,7 +75,7 @@ pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
     text
 }
 
-fn counted(count: usize, what: &str) -> String {
+pub(super) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 

@@ -111,18 +111,22 @@ fn joined(names: &[String], word: &str) -> String {
 
 /// What is named, a line a parameter.
 pub(super) fn findings(diagnosis: &Diagnosis) -> Grid {
-    let mut grid = Grid::new("", &["cause", "parameter", "value ± 1 σ", "probability", "or"]);
+    let header = ["cause", "parameter", "value ± 1 σ", "probability", "or"];
+    let alone = diagnosis.findings.iter().all(|finding| finding.confounded_with.is_empty());
+    let columns = if alone { header.len() - 1 } else { header.len() };
+    let mut grid = Grid::new("", &header[..columns]);
     for finding in &diagnosis.findings {
         let sought = finding.parameters.iter().filter_map(|found| Some((found, found.std_dev?)));
         for (index, (found, std_dev)) in sought.enumerate() {
             let first = |words: String| if index == 0 { words } else { String::new() };
-            grid.row([
+            let cells = [
                 first(named(finding)),
                 found.name.to_owned(),
                 parameter(&Parameter { value: found.value, std_dev }),
                 first(share(finding.probability)),
                 first(finding.confounded_with.join(", ")),
-            ]);
+            ];
+            grid.row(cells.into_iter().take(columns));
         }
     }
     grid

@@ -13,8 +13,8 @@ pub fn page(dataset: &Dataset, suspicions: &[Suspicion], provenance: Provenance)
     let campaign = &dataset.campaign;
     let surveyed = dataset.runs.iter().filter(|run| run.end.is_some()).count();
     let runs = match (dataset.runs.len(), surveyed) {
-        (all, surveyed) if all == surveyed => format!("{all} runs with a surveyed end"),
-        (all, surveyed) => format!("{all} runs, {surveyed} of them with a surveyed end"),
+        (all, surveyed) if all == surveyed => format!("{} with a surveyed end", check::counted(all, "run")),
+        (all, surveyed) => format!("{}, {surveyed} of them with a surveyed end", check::counted(all, "run")),
     };
     let answer = match suspicions.len() {
         0 => format!("{runs}; nothing looks wrong."),
