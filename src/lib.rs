@@ -58,7 +58,7 @@
 //! 1. `calibrate` and `diagnose` import neither `world` nor `drive`: they see data, never a simulated truth.
 //! 2. The driver receives ticks, never poses.
 //! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, `mcap` and `cdr_encoding` in
-//!    `import`, rerun in `recording`, plotters in `report`, clap and anyhow in `cli` and `main`.
+//!    `import`, rerun in `recording`, plotters and maud in `report`, clap and anyhow in `cli` and `main`.
 //! 4. A [`Scene`](scene::Scene) is immutable and complete: the same scene, protocol and seed give the same bits. Set-up
 //!    and running state are two types (`Scene` → `World`, `Protocol` → `Driver`), so runs go side by side on threads.
 //!

@@ -17,6 +17,7 @@ mod power;
 mod predict;
 #[cfg(feature = "recording")]
 mod record;
+mod report;
 mod table_one;
 mod watch;
 
@@ -61,6 +62,8 @@ enum Command {
     Challenge(challenge::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
     Certify(certify::Arguments),
+    /// Write a report of a folder of results again, or one of a dataset, as one HTML file
+    Report(report::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
     /// List the effects: every cause that a diagnosis can name and that --set puts into a scene
@@ -97,6 +100,7 @@ impl Cli {
             Some(Command::TableOne(arguments)) => table_one::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
+            Some(Command::Report(arguments)) => report::run(&arguments)?,
             Some(Command::Methods) => print!("{}", text::methods()),
             Some(Command::Effects(arguments)) => effects::run(&arguments)?,
         }

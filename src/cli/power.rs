@@ -5,7 +5,7 @@ use super::watch::stop_on_ctrl_c;
 use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
 use crate::experiment::{CampaignKind, DataKind, Simulator, planned};
-use crate::report::diagnosis;
+use crate::report::power;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -56,7 +56,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&crate::report::json::power(&blind, &alike))?);
     } else {
-        println!("{}", diagnosis::power(&blind, &alike));
+        println!("{}", power::power(&blind, &alike));
     }
     Ok(())
 }

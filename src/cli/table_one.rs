@@ -4,8 +4,8 @@ use super::options::SceneOptions;
 use super::watch::stop_on_ctrl_c;
 use super::{Cli, output};
 use crate::effect::ExtendedModel;
-use crate::experiment::{Candidate, Simulator, TABLE_ONE, table_one};
-use crate::report::diagnosis;
+use crate::experiment::{self, Candidate, Simulator, TABLE_ONE};
+use crate::report::{table_one, text::Style};
 use anyhow::Context;
 use clap::{Args, Parser};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let number = done.fetch_add(1, Ordering::Relaxed) + 1;
         eprintln!("{number:>3}: {} leaves χ² {:.1}", candidate.effect.unwrap_or("nothing more"), candidate.chi2);
     };
-    let candidates = table_one(&scene, &watch, stop_on_ctrl_c())?;
+    let candidates = experiment::table_one(&scene, &watch, stop_on_ctrl_c())?;
     let best = candidates.first().context("no candidate could be driven")?;
 
     let folder = output::folder(arguments.scene.out.as_deref(), "table-one")?;
@@ -46,7 +46,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!("{json:#}");
         return Ok(());
     }
-    println!("{}", diagnosis::table_one(&candidates, &TABLE_ONE));
+    println!("{}", table_one::table_one(&candidates, &TABLE_ONE, Style::Terminal));
     if !arguments.scene.no_recording {
         let out = folder.join("best");
         let words = [

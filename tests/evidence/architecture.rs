@@ -35,6 +35,8 @@ const THIRD_PARTIES: &[(&str, &[&str])] = &[
     ("anyhow::", &["cli", "main"]),
     ("comfy_table::", &["report"]),
     ("plotters::", &["report"]),
+    ("maud::", &["report"]),
+    ("sha2::", &["report"]),
     ("indicatif::", &["cli"]),
     ("ctrlc::", &["cli"]),
 ];

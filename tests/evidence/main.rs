@@ -15,4 +15,5 @@ mod import;
 mod literature;
 mod property;
 mod quasi_static;
+mod report;
 mod rig;
