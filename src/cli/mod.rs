@@ -15,6 +15,7 @@ mod options;
 mod output;
 #[cfg(feature = "recording")]
 mod record;
+mod sweep;
 mod watch;
 
 use crate::report::text;
@@ -50,6 +51,8 @@ enum Command {
     Diagnose(diagnose::Arguments),
     /// Hide effects in simulated campaigns, and score how the diagnosis finds them
     Challenge(challenge::Arguments),
+    /// Do one thing at many points of a plan, on every core or in shards on a cluster, into one Parquet table
+    Sweep(sweep::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
     Certify(certify::Arguments),
     /// List the calibration methods, with source, needs and blind spots
@@ -84,6 +87,7 @@ impl Cli {
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
             Some(Command::Diagnose(arguments)) => diagnose::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
+            Some(Command::Sweep(arguments)) => sweep::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Methods) => print!("{}", text::methods()),
             Some(Command::Effects(arguments)) => effects::run(&arguments)?,

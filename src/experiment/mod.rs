@@ -7,6 +7,7 @@ mod score;
 mod simulator;
 mod squares;
 mod stage;
+pub mod sweep;
 
 pub use challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind};
 pub use score::{Score, ScoreError, Scored, Tally, score};
