@@ -80,18 +80,16 @@ impl Table {
         use std::io::Write;
         let failed = |source| TableError::Io { file: file.to_owned(), source };
         let bytes = self.to_parquet()?;
-        let folder = file.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut open = tempfile::NamedTempFile::new_in(folder).map_err(failed)?;
-        open.write_all(&bytes).map_err(failed)?;
-        open.as_file().sync_all().map_err(failed)?;
-        match open.persist_noclobber(file) {
-            Ok(_) => Ok(()),
-            Err(error) if error.error.kind() == std::io::ErrorKind::AlreadyExists => {
-                let there = std::fs::read(file).map_err(failed)?;
-                if there == bytes { Ok(()) } else { Err(TableError::Exists { file: file.to_owned() }) }
-            }
-            Err(error) => Err(failed(error.error)),
+        if file.exists() {
+            let there = std::fs::read(file).map_err(failed)?;
+            return if there == bytes { Ok(()) } else { Err(TableError::Exists { file: file.to_owned() }) };
         }
+        // Not a temporary file of the system's: that would be nobody else's to read.
+        let part = file.with_extension("parquet.part");
+        let mut open = std::fs::File::create(&part).map_err(failed)?;
+        open.write_all(&bytes).map_err(failed)?;
+        open.sync_all().map_err(failed)?;
+        std::fs::rename(&part, file).map_err(failed)
     }
 
     fn fits(&self, row: &[Cell]) -> bool {
