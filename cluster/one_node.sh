@@ -42,8 +42,6 @@ SelectTypeParameters=CR_CPU
 JobAcctGatherType=jobacct_gather/none
 MpiDefault=none
 ReturnToService=2
-# A requeued task starts again at once, where Slurm would have it wait two minutes.
-SchedulerParameters=requeue_delay=1,batch_sched_delay=1,sched_interval=5
 NodeName=$node NodeAddr=127.0.0.1 CPUs=$(nproc) State=UNKNOWN
 PartitionName=all Nodes=$node Default=YES MaxTime=INFINITE State=UP
 CONF
@@ -86,7 +84,13 @@ before=$(($(wc -l < "$journal") - 1))
 kill -9 "$worker"
 echo "worker $worker of shard $victim killed with $before of $points points done"
 squeue
-while [ -n "$(squeue -h -j "$job" 2> /dev/null)" ]; do sleep 1; done
+while [ -n "$(squeue -h -j "$job" 2> /dev/null)" ]; do
+    # Slurm lets a requeued task wait for two minutes, in case that its node is sick; this one is not.
+    squeue -h -j "$job" -t PD -o "%i %r" | while read -r task reason; do
+        [ "$reason" != BeginTime ] || scontrol update "JobId=$task" StartTime=now
+    done
+    sleep 1
+done
 cat "$out"/sweep-"$job"_*.log
 scontrol show job "$job" | grep -E "JobState|Restarts" || true
 
