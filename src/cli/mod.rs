@@ -18,6 +18,7 @@ mod predict;
 #[cfg(feature = "recording")]
 mod record;
 mod report;
+mod sweep;
 mod table_one;
 mod watch;
 
@@ -60,6 +61,8 @@ enum Command {
     TableOne(table_one::Arguments),
     /// Hide effects in simulated campaigns, and score how the diagnosis finds them
     Challenge(challenge::Arguments),
+    /// Do one thing at many points of a plan, on every core or in shards on a cluster, into one Parquet table
+    Sweep(sweep::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
     Certify(certify::Arguments),
     /// Write a report of a folder of results again, or one of a dataset, as one HTML file
@@ -99,6 +102,7 @@ impl Cli {
             Some(Command::Power(arguments)) => power::run(&arguments)?,
             Some(Command::TableOne(arguments)) => table_one::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
+            Some(Command::Sweep(arguments)) => sweep::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Report(arguments)) => report::run(&arguments)?,
             Some(Command::Methods) => print!("{}", text::methods()),

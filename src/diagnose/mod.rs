@@ -2,10 +2,10 @@
 //!
 //! A diagnosis sees [`Dataset`]s and a [`ForwardModel`], and nothing of a simulation (invariant 1). In order:
 //!
-//! 1. Every run is predicted by the model as given: a replay of its log, or its protocol as driven ([`forward`]).
-//! 2. What runs of one kind differ by is noise; its sizes are learnt from them ([`noise`]).
-//! 3. What every cause of the catalogue would do to the way of each run is simulated once ([`surrogate`]).
-//! 4. Sets of none, one and several causes are fitted and ranked by evidence ([`search`], [`linear`]).
+//! 1. Every run is predicted by the model as given: a replay of its log, or its protocol as driven (`forward`).
+//! 2. What runs of one kind differ by is noise; its sizes are learnt from them (`noise`).
+//! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`).
+//! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`).
 //! 5. The best is simulated again where it is best, and what stands is named, with what cannot be told from it.
 
 mod case;

@@ -28,8 +28,6 @@ pub struct NoiseModel {
 
 /// Shapes of one cluster's covariance, each for a size of 1.
 pub(super) struct Shapes {
-    /// Readings that a run of it has, flattened.
-    pub rows: usize,
     position: DMatrix<f64>,
     heading: DMatrix<f64>,
     start_position: DMatrix<f64>,
@@ -140,7 +138,6 @@ impl Shapes {
             DMatrix::from_diagonal(&column(&|_, part| if which(part) { 1.0 } else { 0.0 }))
         };
         Shapes {
-            rows,
             position: diagonal(&|part| part < 2),
             heading: diagonal(&|part| part == 2),
             start_position: outer(&[start_x, start_y]),

@@ -195,7 +195,7 @@ impl Challenge {
             EffectsKind::One => 1,
             EffectsKind::Two => 2,
             EffectsKind::Outside => return (Vec::new(), true),
-            EffectsKind::Mixed => usize::from(rng.next_u64() % 5 != 0),
+            EffectsKind::Mixed => usize::from(!rng.next_u64().is_multiple_of(5)),
         };
         let applicable: Vec<&'static Effect> = EFFECTS
             .iter()
@@ -335,11 +335,11 @@ fn something_else(scene: &mut Scene, rng: &mut ChaCha8Rng) -> String {
             format!("wheel {} out of round by {:.1} %", scene.robot.wheels[wheel].name, 100.0 * amplitude)
         }
         _ => {
-            let part = if rng.next_u64() % 2 == 0 { TwistPart::Left } else { TwistPart::Yaw };
+            let part = if rng.next_u64().is_multiple_of(2) { TwistPart::Left } else { TwistPart::Yaw };
             let feature = [Feature::SpeedCosHeading, Feature::SpeedX, Feature::AbsYawRate, Feature::SpeedTime]
                 [(rng.next_u64() % 4) as usize];
-            let size = if part == TwistPart::Left { 0.01 } else { 0.01 };
-            let coefficient = size * (0.5 + uniform(rng)) * if rng.next_u64() % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if rng.next_u64().is_multiple_of(2) { 1.0 } else { -1.0 };
+            let coefficient = sign * (0.005 + 0.01 * uniform(rng));
             let term = EmpiricalTerm { part, feature, coefficient };
             scene.empirical.push(term);
             format!("a carpet that carries: {term}")

@@ -8,6 +8,7 @@ mod score;
 mod simulator;
 mod squares;
 mod stage;
+pub mod sweep;
 mod table_one;
 
 pub use challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind};

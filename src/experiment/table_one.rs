@@ -175,7 +175,7 @@ fn fit(base: &Scene, always: &[&str], extra: Option<&Cause>, stop: &AtomicBool) 
         causes
     };
     let predict = |x: &DVector<f64>| distances(&Cause::edit_all(&at(x), base), stop).ok();
-    let mut best: Option<(f64, DVector<f64>, DMatrix<f64>, [f64; 6])> = None;
+    let mut best: Option<Fit> = None;
     let starts: &[f64] = if extra.is_some() { &[0.7, -0.7] } else { &[0.0] };
     for &start in starts {
         let mut x = DVector::from_iterator(
@@ -236,11 +236,11 @@ fn fit(base: &Scene, always: &[&str], extra: Option<&Cause>, stop: &AtomicBool) 
                 break;
             }
         }
-        if best.as_ref().is_none_or(|(known, ..)| cost < *known) {
-            best = Some((cost, x, normal, here));
+        if best.as_ref().is_none_or(|known| cost < known.cost) {
+            best = Some(Fit { cost, x, normal, distances: here });
         }
     }
-    let (cost, x, normal, distances) = best?;
+    let Fit { cost, x, normal, distances } = best?;
     let log_det: f64 = 2.0 * Cholesky::new(normal)?.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let log_prior: f64 = -free.iter().map(|free| free.std_dev.ln()).sum::<f64>();
     Some(Candidate {
@@ -250,6 +250,14 @@ fn fit(base: &Scene, always: &[&str], extra: Option<&Cause>, stop: &AtomicBool) 
         distances,
         log_evidence: -0.5 * cost - 0.5 * log_det + log_prior,
     })
+}
+
+/// Where a search ended.
+struct Fit {
+    cost: f64,
+    x: DVector<f64>,
+    normal: DMatrix<f64>,
+    distances: [f64; 6],
 }
 
 fn sigma(row: usize) -> f64 {

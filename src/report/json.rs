@@ -4,6 +4,7 @@ use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Pa
 use crate::diagnose::{Blind, Diagnosis, Gain, Verdict};
 use crate::drive::SimulatedRun;
 use crate::effect::{Choice, Effect, Prior};
+use crate::experiment::sweep::{Merged, Swept};
 use crate::experiment::{Candidate, Experiment, MethodResult, SideResult, Stage};
 use crate::geometry::Pose2;
 use crate::odometry::OdometryCorrection;
@@ -518,6 +519,43 @@ impl EffectJson {
             source: effect.source,
             choice: effect.choice.map(Choice::key),
             parameters: parameters.collect(),
+        }
+    }
+}
+
+/// `sweep --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct SweptJson {
+    points: usize,
+    done_before: usize,
+    failures: usize,
+    simulated_s: Option<f64>,
+    wall_s: Option<f64>,
+    table: Option<String>,
+}
+
+impl SweptJson {
+    /// Of a sweep that took `wall`.
+    pub fn new(swept: &Swept, wall: std::time::Duration) -> SweptJson {
+        SweptJson {
+            points: swept.progress.points,
+            done_before: swept.progress.before,
+            failures: swept.failures.len(),
+            simulated_s: Some(swept.progress.simulated),
+            wall_s: Some(wall.as_secs_f64()),
+            table: swept.table.as_ref().map(|table| table.display().to_string()),
+        }
+    }
+
+    /// Of shards put together.
+    pub fn merged(merged: &Merged) -> SweptJson {
+        SweptJson {
+            points: merged.points,
+            done_before: merged.points,
+            failures: merged.failures,
+            simulated_s: None,
+            wall_s: None,
+            table: Some(merged.table.display().to_string()),
         }
     }
 }

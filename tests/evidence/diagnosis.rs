@@ -64,8 +64,8 @@ fn an_extension_is_worth_what_it_says_and_suffices() {
     let mut dataset = challenge.draw(&world, &GO_ON).expect("it can be driven").dataset;
     dataset.campaign.odometry = Some(given.robot.odometry);
     let simulator = Simulator::new(&given, &GO_ON);
-    let mut study =
-        Study::new(&[dataset.clone()], &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
+    let mut study = Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &|_, _| {})
+        .expect("it is data");
     let found = study.diagnose().expect("it can be diagnosed");
     assert_eq!(found.verdict, Verdict::Named, "{:#?}", found.ranking);
     assert_eq!(found.findings[0].effect, "effective_track");
@@ -121,8 +121,9 @@ fn a_diagnosis_does_not_depend_on_threads() {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| {
             let simulator = Simulator::new(&given, &GO_ON);
-            let mut study = Study::new(&[dataset.clone()], &[], &simulator, Options::default(), None, &|_, _| {})
-                .expect("it is data");
+            let mut study =
+                Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &|_, _| {})
+                    .expect("it is data");
             format!("{:?}", study.diagnose().expect("it can be diagnosed"))
         })
     };

@@ -151,27 +151,23 @@ const ROW: f64 = 36.0;
 impl Plane {
     /// What is shown: least and greatest, with a margin.
     fn bounds(&self) -> [[f64; 2]; 2] {
-        let mut bounds = [[f64::INFINITY; 2], [f64::NEG_INFINITY; 2]];
+        let (mut least, mut greatest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
         for mark in &self.marks {
             let outline = if mark.shape == Shape::Ellipse { ellipse(&mark.points) } else { mark.points.clone() };
             for point in outline {
-                for axis in 0..2 {
-                    bounds[0][axis] = bounds[0][axis].min(point[axis]);
-                    bounds[1][axis] = bounds[1][axis].max(point[axis]);
-                }
+                least = std::array::from_fn(|axis| least[axis].min(point[axis]));
+                greatest = std::array::from_fn(|axis| greatest[axis].max(point[axis]));
             }
         }
-        if !bounds[0][0].is_finite() {
+        if !least[0].is_finite() {
             return [[-1.0; 2], [1.0; 2]];
         }
-        let reach = (0..2).map(|axis| bounds[1][axis] - bounds[0][axis]).fold(1e-9, f64::max);
-        for axis in 0..2 {
-            // No flatter than one to two.
-            let lacking = (0.5 * reach - (bounds[1][axis] - bounds[0][axis])).max(0.0);
-            bounds[0][axis] -= 0.5 * lacking + 0.06 * reach;
-            bounds[1][axis] += 0.5 * lacking + 0.06 * reach;
-        }
-        bounds
+        let reach = (0..2).map(|axis| greatest[axis] - least[axis]).fold(1e-9, f64::max);
+        // No flatter than one to two.
+        let margin: [f64; 2] =
+            std::array::from_fn(|axis| 0.5 * (0.5 * reach - (greatest[axis] - least[axis])).max(0.0) + 0.06 * reach);
+        let least = std::array::from_fn(|axis| least[axis] - margin[axis]);
+        [least, std::array::from_fn(|axis| greatest[axis] + margin[axis])]
     }
 
     /// The figure.
