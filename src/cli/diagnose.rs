@@ -33,7 +33,7 @@ pub(super) struct Arguments {
     #[arg(long, value_name = "DATASET", num_args = 1..)]
     hold_out: Vec<PathBuf>,
     /// Causes that may be at work at once
-    #[arg(long, value_name = "N", default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=8))]
+    #[arg(long, value_name = "N", default_value_t = 8, value_parser = clap::value_parser!(u8).range(1..=8))]
     most_causes: u8,
     /// Error that the model's responses are allowed, relative: a tyre is not the model's tyre
     #[arg(long, value_name = "SHARE", default_value_t = 0.03, allow_negative_numbers = true, value_parser = positive)]

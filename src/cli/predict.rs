@@ -3,7 +3,7 @@
 use super::options::set_threads;
 use super::output;
 use super::watch::stop_on_ctrl_c;
-use crate::effect::load_scene;
+use crate::effect::{Cause, load_scene};
 use crate::experiment::{Simulator, predict};
 use crate::scene::WORLDS;
 use clap::Args;
@@ -20,6 +20,9 @@ pub(super) struct Arguments {
     /// World file or shipped name
     #[arg(long, value_name = "FILE|NAME", default_value = WORLDS.names()[0])]
     world: String,
+    /// Put an effect into the model; may be given several times
+    #[arg(long = "set", value_name = "EFFECT.PARAMETER=VALUE")]
+    settings: Vec<String>,
     /// Worker threads (default: one a core); results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -33,6 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     set_threads(arguments.threads)?;
     let dataset = crate::dataset::Dataset::read(&arguments.dataset)?;
     let scene = load_scene(&arguments.robot, &arguments.world)?;
+    let scene = Cause::edit_all(&Cause::from_settings(&arguments.settings, &scene)?, &scene);
     let simulator = Simulator::new(&scene, stop_on_ctrl_c());
     let (predicted, left_out) = predict(&dataset, &simulator)?;
     for reason in &left_out {

@@ -11,11 +11,11 @@ use crate::geometry::Pose2;
 use crate::scene::Scene;
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Distance of the first candidates along a path \[m\]: a third of a spot's radius.
-const SPACING: f64 = 0.1;
+/// Distance of the first candidates along a path \[m\]: half a spot's radius.
+const SPACING: f64 = 0.15;
 /// Turn in a step of the way from which on wheels scrub \[rad\]; a step takes 0.1 s.
 const TURNS: f64 = 0.01;
-/// Halvings of the spacing: to 6 mm.
+/// Halvings of the spacing: to 9 mm.
 pub(super) const HALVINGS: i32 = 4;
 
 /// Places on the nominal paths of the runs where a spot would show \[m\], in the room.

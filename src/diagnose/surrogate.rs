@@ -12,7 +12,7 @@ use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Motion, Scene, Survey, TwistPart};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
-use std::sync::atomic::Ordering::Relaxed;
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Length of a step of the way \[s\]: short against how long the robot takes to speed up or turn.
 const STEP: f64 = 0.1;
@@ -142,8 +142,9 @@ impl Surrogate {
         let known: Vec<Option<&Entry>> =
             clusters.iter().map(|cluster| library.and_then(|library| library.of(&cases[cluster.reference]))).collect();
         let unknown = known.iter().filter(|entry| entry.is_none()).count();
-        let total = std::sync::atomic::AtomicUsize::new(jobs.len() + 2 * unknown * axes(variants, cases).len());
-        let done = std::sync::atomic::AtomicUsize::new(0);
+        let first: usize = axes(variants, cases).into_iter().map(|axis| simulations(variants, axis)).sum();
+        let total = AtomicUsize::new(jobs.len() + unknown * first);
+        let done = AtomicUsize::new(0);
         let tick = || progress(done.fetch_add(1, Relaxed) + 1, total.load(Relaxed));
 
         let traces: Vec<((usize, usize), Trace)> = jobs
@@ -186,7 +187,10 @@ impl Surrogate {
             .flat_map(|cluster| axes.iter().map(move |&axis| (cluster, axis)))
             .filter(|&(cluster, axis)| surrogate.concerns(scene, &clusters[cluster], &variants[axis.variant]))
             .collect();
-        total.store(jobs.len() + 2 * to_simulate.len(), Relaxed);
+        total.store(
+            jobs.len() + to_simulate.iter().map(|&(_, axis)| simulations(variants, axis)).sum::<usize>(),
+            Relaxed,
+        );
 
         for (cluster, entry) in known.iter().enumerate() {
             if let Some(entry) = entry {
@@ -197,13 +201,12 @@ impl Surrogate {
             .par_iter()
             .map(|&(cluster, axis)| {
                 let coordinate = variants[axis.variant].coordinates[axis.coordinate];
-                let nodes = nodes(coordinate).map(|at| {
+                let nodes = nodes(coordinate).into_iter().map(|at| {
                     let change = surrogate.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]);
                     tick();
                     change.map(|change| (at, change))
                 });
-                let [one, other] = nodes;
-                Ok(Response::new(vec![one?, other?]))
+                Ok(Response::new(nodes.collect::<Result<_, ForwardError>>()?))
             })
             .collect::<Result<_, ForwardError>>()?;
         for ((cluster, axis), response) in to_simulate.into_iter().zip(responses) {
@@ -217,7 +220,7 @@ impl Surrogate {
         variant.place().is_none_or(|place| spots::touches(scene, &self.ways[cluster.reference], place))
     }
 
-    /// Simulates one more spot at its prior's mean and beside it.
+    /// Simulates one more spot at its prior's mean.
     pub fn add_spot(
         &mut self,
         model: &dyn ForwardModel,
@@ -230,15 +233,16 @@ impl Surrogate {
         let concerned: Vec<usize> = (0..clusters.len())
             .filter(|&cluster| self.concerns(model.scene(), &clusters[cluster], &variants[axis.variant]))
             .collect();
-        let jobs: Vec<(usize, f64)> = concerned.iter().flat_map(|&cluster| nodes.map(|at| (cluster, at))).collect();
+        let jobs: Vec<(usize, f64)> =
+            concerned.iter().flat_map(|&cluster| nodes.iter().map(move |&at| (cluster, at))).collect();
         let changes: Vec<Vec<Step>> = jobs
             .par_iter()
             .map(|&(cluster, at)| self.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]))
             .collect::<Result<_, _>>()?;
         let mut changes = changes.into_iter();
         for cluster in concerned {
-            let simulated = nodes.map(|at| (at, changes.next().expect("one a job")));
-            self.responses[cluster].of_axis.insert(axis, Response::new(simulated.to_vec()));
+            let simulated = nodes.iter().map(|&at| (at, changes.next().expect("one a job"))).collect();
+            self.responses[cluster].of_axis.insert(axis, Response::new(simulated));
         }
         Ok(())
     }
@@ -456,15 +460,21 @@ impl Entry {
     }
 }
 
-/// Values of a coordinate that are simulated first.
-fn nodes(coordinate: Coordinate) -> [f64; 2] {
+/// Values of a coordinate that are simulated first. Of spots on the floor there are many, and sliding wheels pull as their
+/// grip: one value has to do until a spot is a leading answer.
+fn nodes(coordinate: Coordinate) -> Vec<f64> {
     if coordinate.one_sided {
-        [coordinate.std_dev, 2.0 * coordinate.std_dev]
+        vec![coordinate.std_dev, 2.0 * coordinate.std_dev]
     } else if coordinate.mean != 0.0 {
-        [coordinate.mean, coordinate.mean - coordinate.std_dev]
+        vec![coordinate.mean]
     } else {
-        [-coordinate.std_dev, coordinate.std_dev]
+        vec![-coordinate.std_dev, coordinate.std_dev]
     }
+}
+
+/// Simulations of a cluster that a coordinate takes at first.
+fn simulations(variants: &[Variant], axis: Axis) -> usize {
+    nodes(variants[axis.variant].coordinates[axis.coordinate]).len()
 }
 
 /// The coordinates that have to be simulated: not those of the survey, and not what a replay cannot show.
