@@ -127,7 +127,7 @@ fn layout(outline: &Outline, robot: &Robot) -> Pane {
     let eyes: &[Eye] = if outline.sides.is_empty() { &[BESIDE, BELOW] } else { &[BELOW] };
     let mut below: Vec<_> = eyes.iter().map(|eye| (1.0, close_up(outline, robot, eye))).collect();
     below.extend(outline.sides.iter().map(|&side| {
-        let name = format!("End points of {side} m squares");
+        let name = format!("End points, {side} m");
         let plot = |path: Path| -> Pane { View::new("2D", name.clone(), &path.escaped()).on_paper().into() };
         let all = plot(scatter::path(side));
         // What is left is too small to be seen beside what was.
@@ -141,7 +141,7 @@ fn layout(outline: &Outline, robot: &Robot) -> Pane {
     };
     let left = split(ContainerKind::Vertical, vec![(1.5, floor), (1.0, split(ContainerKind::Horizontal, below))]);
     // An experiment's tables are longer than a drive's.
-    let share = if outline.sides.is_empty() { 0.36 } else { 0.85 };
+    let share = if outline.sides.is_empty() { 0.36 } else { 1.0 };
     let right =
         split(ContainerKind::Vertical, vec![(share, text.into()), (0.24, legend.into()), (1.0, plots(outline))]);
     split(ContainerKind::Horizontal, vec![(1.2, left), (1.0, right)])

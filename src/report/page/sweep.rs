@@ -11,6 +11,8 @@ const MOST_CHARTS: usize = 12;
 const MOST_DOTS: usize = 2000;
 /// Groups that a number's range is cut into, and values that are groups of their own.
 const GROUPS: usize = 12;
+/// What two parameters have to explain together beyond each by itself to be worth a row.
+const NOTABLE: f64 = 0.05;
 /// Ratio of greatest to least from which on an axis is logarithmic.
 const WIDE: f64 = 100.0;
 
@@ -213,6 +215,14 @@ impl<'a> Columns<'a> {
         explained(&groups)
     }
 
+    /// The same of groups of values of two; `None` where there are too few points for it.
+    fn share_together(&self, one: &Input, other: &Input, output: &Output) -> Option<f64> {
+        let groups = self.groups(one, self.pairs(output)).into_iter().flat_map(|part| self.groups(other, part));
+        let groups: Vec<Vec<f64>> = groups.map(|group| group.into_iter().map(|(_, value)| value).collect()).collect();
+        let points: usize = groups.iter().map(Vec::len).sum();
+        explained(&groups).filter(|_| points >= 2 * groups.len())
+    }
+
     /// Points grouped by an input's value: by itself where there are few, else in groups of about the same size.
     fn groups(&self, input: &Input, mut pairs: Vec<(&'a [Cell], f64)>) -> Vec<Vec<(&'a [Cell], f64)>> {
         if input.text || input.values.len() <= GROUPS {
@@ -256,7 +266,10 @@ impl<'a> Columns<'a> {
     fn influence(&self) -> Grid {
         let mut header = vec!["parameter"];
         header.extend(self.outputs.iter().map(|output| output.name));
-        let mut grid = Grid::new("Share of the variance that a parameter explains by itself", &header);
+        let mut grid = Grid::new(
+            "Share of the variance that a parameter explains by itself, or two together where that is much more",
+            &header,
+        );
         let mut inputs: Vec<&Input> = self.inputs.iter().filter(|input| input.values.len() > 1).collect();
         let of_first = |input: &Input| self.share(input, &self.outputs[0]).unwrap_or(0.0);
         inputs.sort_by(|one, other| of_first(other).total_cmp(&of_first(one)));
@@ -266,7 +279,19 @@ impl<'a> Columns<'a> {
             };
             grid.row([input.name.clone()].into_iter().chain(self.outputs.iter().map(cell)));
         }
-        grid.noted("correlation ratio of groups of its values, less what chance would give; the rest is noise, and what parameters do together")
+        for (one, other) in pairs(&self.inputs) {
+            let together = |output: &Output| {
+                let alone = self.share(one, output)? + self.share(other, output)?;
+                self.share_together(one, other, output).filter(|share| *share > alone + NOTABLE)
+            };
+            let shares: Vec<Option<f64>> = self.outputs.iter().map(together).collect();
+            if shares.iter().any(Option::is_some) {
+                let cell = |share: &Option<f64>| share.map_or(String::new(), |share| format!("{:.0} %", 100.0 * share));
+                let name = format!("{} with {}", one.name, other.name);
+                grid.row([name].into_iter().chain(shares.iter().map(cell)));
+            }
+        }
+        grid.noted("correlation ratio of groups of its values, less what chance would give; the rest is noise, and what more than two do together")
     }
 
     fn summary(&self) -> Grid {
@@ -411,6 +436,17 @@ impl<'a> Columns<'a> {
             marks,
         }
     }
+}
+
+/// Every two inputs that vary.
+fn pairs(inputs: &[Input]) -> impl Iterator<Item = (&Input, &Input)> {
+    let varied = |input: &&Input| input.values.len() > 1;
+    let rest = move |index: usize| inputs[index + 1..].iter().filter(varied);
+    inputs
+        .iter()
+        .enumerate()
+        .filter(move |(_, input)| varied(input))
+        .flat_map(move |(index, one)| rest(index).map(move |other| (one, other)))
 }
 
 /// With its unit.
