@@ -1,5 +1,5 @@
 #!/bin/bash
-# Makes the README's pictures anew, from the current code: records the main job, pictures it as the viewer opens it, and
+# Makes the README's pictures anew, from the current code: records the main job's squares, pictures it as the viewer opens it, and
 # keeps the left half. Takes Python with venv, and a Vulkan driver (Debian: mesa-vulkan-drivers libvulkan1 libxkbcommon-x11-0 libegl1).
 #
 #   recordings/pictures.sh
@@ -12,7 +12,8 @@ trap 'rm -rf "$work"' EXIT
 python3 -m venv "$work/venv"
 "$work/venv/bin/pip" install -q "rerun-sdk==$viewer" pillow
 cargo build --release --manifest-path "$here/../Cargo.toml"
-"$here/../target/release/treadmark" --out "$work/experiment" > /dev/null 2>&1
+# The methods that a recording shows.
+"$here/../target/release/treadmark" --method umbmark,maximum_likelihood --out "$work/experiment" > /dev/null 2>&1
 RERUN_ANALYTICS=0 "$work/venv/bin/rerun" --headless --window-size 1920x1080 --screenshot-to "$work/shot.png" "$work/experiment/recording.rrd"
 "$work/venv/bin/python" - "$work/shot.png" "$here/experiment.png" << 'PYTHON'
 import sys
