@@ -141,9 +141,9 @@ fn layout(outline: &Outline, robot: &Robot) -> Pane {
     };
     let left = split(ContainerKind::Vertical, vec![(1.5, floor), (1.0, split(ContainerKind::Horizontal, below))]);
     // An experiment's tables are longer than a drive's.
-    let share = if outline.sides.is_empty() { 0.36 } else { 1.0 };
+    let share = if outline.sides.is_empty() { 0.36 } else { 0.95 };
     let right =
-        split(ContainerKind::Vertical, vec![(share, text.into()), (0.24, legend.into()), (1.0, plots(outline))]);
+        split(ContainerKind::Vertical, vec![(share, text.into()), (0.27, legend.into()), (1.05, plots(outline))]);
     split(ContainerKind::Horizontal, vec![(1.2, left), (1.0, right)])
 }
 

@@ -76,11 +76,14 @@ struct Input {
     values: Vec<String>,
 }
 
+/// What came out at a point, from its row; `None` where nothing did.
+type Of = dyn Fn(&[Cell]) -> Option<f64>;
+
 /// Something that came out, in a reader's unit.
 struct Output {
     name: &'static str,
     unit: &'static str,
-    of: Box<dyn Fn(&[Cell]) -> Option<f64>>,
+    of: Box<Of>,
 }
 
 struct Columns<'a> {
