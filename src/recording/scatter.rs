@@ -88,7 +88,9 @@ fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: Stage,
     let words = format!("{direction} {:.0} mm", centre[0].hypot(centre[1]));
     let (anchor, align) = if order == 0 {
         let up = if centre[1] < 0.0 { -1.0 } else { 1.0 };
-        ([centre[0], centre[1] + up * 2.2 * size], 0.5)
+        // Beyond the points, so that none is written over.
+        let farthest = points.iter().map(|point| up * (point[1] - centre[1])).fold(0.6 * size, f64::max);
+        ([centre[0], centre[1] + up * (farthest + 1.6 * size)], 0.5)
     } else {
         let up = aside[1] * 1.7 * order as f64;
         ([aside[0] * 1.5 * size, up * size], 0.5 - 0.5 * aside[0])
