@@ -79,7 +79,8 @@ for _ in $(seq 6000); do [ -f "$journal" ] && [ -n "$(sed -n 1p "$journal")" ] &
 all=$(sed -n '1s/.*"points":\([0-9]*\).*/\1/p' "$journal")
 points=$(((all + shards - 1) / shards))
 for _ in $(seq 6000); do [ "$(wc -l < "$journal")" -gt $((points / 2)) ] && break; sleep 0.1; done
-worker=$(pgrep -f -- "treadmark sweep $plan --out $out/shards --shard $victim" | tail -1)
+worker=$(pgrep -f -- "$TREADMARK sweep $plan --out $out/shards --shard $victim" | tail -1) ||
+    { echo "error: shard $victim was done before it could be killed; a longer plan, please" >&2; exit 1; }
 before=$(($(wc -l < "$journal") - 1))
 kill -9 "$worker"
 echo "worker $worker of shard $victim killed with $before of $points points done"

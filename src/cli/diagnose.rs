@@ -97,7 +97,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let json = serde_json::to_string_pretty(&DiagnosisJson::new(&found, gain.as_ref(), &model))?;
     std::fs::write(folder.join("diagnosis.json"), &json).with_context(|| folder.display().to_string())?;
     let data: Vec<PathBuf> = arguments.datasets.iter().chain(&arguments.hold_out).cloned().collect();
-    let title = format!("What {} gets wrong about {}", given.robot.name, datasets[0].campaign.name);
+    let title = format!("What {} gets wrong about {}", given.robot.name, names(&datasets));
     #[cfg(feature = "recording")]
     if !arguments.no_recording {
         let result = diagnosis::markdown(&found, gain.as_ref());
@@ -116,6 +116,17 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!("{}", output::where_to_look(&folder));
     }
     Ok(())
+}
+
+/// Names of datasets, as far as a title has room.
+fn names(datasets: &[Dataset]) -> String {
+    let name = |dataset: &Dataset| dataset.campaign.name.clone();
+    match datasets {
+        [one] => name(one),
+        [one, other] => format!("{} and {}", name(one), name(other)),
+        [one, rest @ ..] => format!("{} and {} others", name(one), rest.len()),
+        [] => String::new(),
+    }
 }
 
 /// Robot and world: as given, else as the dataset names them, relative to its folder or shipped.

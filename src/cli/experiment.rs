@@ -50,7 +50,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&ExperimentJson::new(&scene.robot.name, plan.seed, &result))?);
     } else {
-        print!("{}", text::experiment(&result, text::Style::Terminal, |_| true));
+        let (answer, beside) = page::experiment::answer(&result);
+        println!("{answer}");
+        beside.iter().for_each(|words| println!("{words}"));
+        print!("\n{}", text::experiment(&result, text::Style::Terminal, |_| true));
         println!("{}", output::where_to_look(&folder));
     }
     recorded?;

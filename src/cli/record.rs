@@ -3,6 +3,7 @@
 use crate::drive::Observer;
 use crate::experiment::{Experiment, Plan, Stage, StageRun};
 use crate::recording::{Area, Detail, EndPoints, Outline, Recording, RecordingError, RunLabel};
+use crate::report::page;
 use crate::report::text::{self, Style};
 use crate::scene::Scene;
 use std::path::Path;
@@ -54,8 +55,9 @@ impl ExperimentRecorder {
             let clusters: Vec<EndPoints> = shown.iter().flat_map(|stage| clusters(stage, side.side)).collect();
             self.recording.end_points(side.side, &clusters);
         }
-        let table = text::experiment(result, Style::Markdown, |stage| self.stages.contains(&stage.name));
-        self.recording.result(&table);
+        let (answer, beside) = page::experiment::answer(result);
+        let tables = text::experiment(result, Style::Markdown, |stage| self.stages.contains(&stage.name));
+        self.recording.result(&format!("**{answer}** {}\n\n{tables}", beside.join(" ")));
         self.recording.finish()
     }
 }

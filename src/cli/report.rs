@@ -3,7 +3,8 @@
 use super::output;
 use crate::calibrate;
 use crate::dataset::Dataset;
-use crate::report::page::{self, FORMAT, Page};
+use crate::experiment::sweep;
+use crate::report::page::{self, Digest, FORMAT, Page, Provenance};
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -11,7 +12,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `treadmark report`.
 #[derive(Args)]
 pub(super) struct Arguments {
-    /// Folder of results by `diagnose`, `experiment` or `calibrate --out`, or of a dataset
+    /// Folder of results by `diagnose`, `experiment`, `calibrate --out` or `sweep`, or of a dataset
     #[arg(value_name = "DIR")]
     folder: PathBuf,
     /// New file for the report (default: a new report.html; in a folder of results the one that is there is written again)
@@ -22,7 +23,10 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let folder = &arguments.folder;
     let results = folder.join(output::REPORT_JSON);
-    let (page, again) = if results.is_file() {
+    let swept = folder.join(sweep::TABLE);
+    let (page, again) = if swept.is_file() {
+        (of_sweep(folder, &swept)?, true)
+    } else if results.is_file() {
         (read(&results)?, true)
     } else if folder.join("dataset.toml").is_file() {
         let dataset = Dataset::read(folder)?;
@@ -30,9 +34,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         (page::dataset::page(&dataset, &calibrate::check(&dataset), provenance), false)
     } else {
         anyhow::bail!(
-            "{}: there is neither a {} (results) nor a dataset.toml (a dataset)",
+            "{}: there is neither a {} (results) nor a {} (a sweep) nor a dataset.toml (a dataset)",
             folder.display(),
-            output::REPORT_JSON
+            output::REPORT_JSON,
+            sweep::TABLE
         )
     };
     // A dataset is the lab's; nothing is added to it unasked.
@@ -46,6 +51,19 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::write(&file, &page.html())?;
     println!("the report is {}", file.display());
     Ok(())
+}
+
+/// The page of a sweep, whole or merged.
+fn of_sweep(folder: &Path, table: &Path) -> anyhow::Result<Page> {
+    let (plan, table) = sweep::read(table)?;
+    let version = table.notes.iter().find(|(key, _)| key == "treadmark.version").map(|(_, version)| version.clone());
+    let provenance = Provenance {
+        command: "treadmark sweep plan.toml --out NEW_DIR".to_owned(),
+        version: version.unwrap_or_default(),
+        seed: Some(plan.seed),
+        data: vec![Digest::of_files(folder, &[sweep::TABLE])?],
+    };
+    Ok(page::sweep::page(&plan, &table, provenance))
 }
 
 fn read(file: &Path) -> anyhow::Result<Page> {

@@ -52,7 +52,13 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&SweptJson::merged(&merged))?);
     } else {
-        println!("{} points of {} shards are in {}", merged.points, merged.shards, merged.table.display());
+        println!(
+            "{} points of {} shards are in {}; `treadmark report {}` draws them",
+            merged.points,
+            merged.shards,
+            merged.table.display(),
+            into.display()
+        );
     }
     Ok(())
 }
@@ -95,7 +101,12 @@ fn sweep(arguments: &Arguments, plan: &Path, out: &Path) -> anyhow::Result<()> {
         println!("{}", serde_json::to_string_pretty(&SweptJson::new(&swept, took))?);
     } else {
         match &swept.table {
-            Some(table) => println!("{} points are in {}", swept.progress.points, table.display()),
+            Some(table) => println!(
+                "{} points are in {}; `treadmark report {}` draws them",
+                swept.progress.points,
+                table.display(),
+                swept.folder.display()
+            ),
             None => println!(
                 "shard {shard}: {} points are in {}; with all shards there, `treadmark sweep --merge {}`",
                 swept.progress.points,

@@ -4,7 +4,7 @@
 //! logs the blueprint's archetypes by itself, at the paths that the viewer reads.
 
 use super::look::PAPER;
-use super::stream::TIMELINE;
+use super::stream::{Path, TIMELINE};
 use super::{APPLICATION, Area, Outline, RunLabel, run, scatter};
 use crate::scene::Robot;
 use rerun::datatypes::{TimeRange, TimeRangeBoundary};
@@ -127,15 +127,23 @@ fn layout(outline: &Outline, robot: &Robot) -> Pane {
     let eyes: &[Eye] = if outline.sides.is_empty() { &[BESIDE, BELOW] } else { &[BELOW] };
     let mut below: Vec<_> = eyes.iter().map(|eye| (1.0, close_up(outline, robot, eye))).collect();
     below.extend(outline.sides.iter().map(|&side| {
-        let name = format!("End points of {side} m squares");
-        (1.0, View::new("2D", name, &scatter::path(side).escaped()).on_paper().into())
+        let name = format!("End points, {side} m");
+        let plot = |path: Path| -> Pane { View::new("2D", name.clone(), &path.escaped()).on_paper().into() };
+        let all = plot(scatter::path(side));
+        // What is left is too small to be seen beside what was.
+        let several = outline.stages.len() > 1;
+        (1.0, if several { tabs(vec![(&name, all), ("after, closer", plot(scatter::closer(side)))]) } else { all })
     }));
-    let left =
-        split(ContainerKind::Vertical, vec![(1.5, overview(outline)), (1.0, split(ContainerKind::Horizontal, below))]);
+    let floor = if outline.sides.is_empty() {
+        overview(outline)
+    } else {
+        tabs(vec![(&outline.title, overview(outline)), (BESIDE.name, close_up(outline, robot, &BESIDE))])
+    };
+    let left = split(ContainerKind::Vertical, vec![(1.5, floor), (1.0, split(ContainerKind::Horizontal, below))]);
     // An experiment's tables are longer than a drive's.
-    let share = if outline.sides.is_empty() { 0.36 } else { 0.65 };
+    let share = if outline.sides.is_empty() { 0.36 } else { 0.95 };
     let right =
-        split(ContainerKind::Vertical, vec![(share, text.into()), (0.24, legend.into()), (1.0, plots(outline))]);
+        split(ContainerKind::Vertical, vec![(share, text.into()), (0.27, legend.into()), (1.05, plots(outline))]);
     split(ContainerKind::Horizontal, vec![(1.2, left), (1.0, right)])
 }
 

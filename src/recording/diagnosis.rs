@@ -397,7 +397,7 @@ fn by_run(stream: &Stream, runs: &[RunReadings]) {
             let style = SeriesPoints::new()
                 .with_names([format!("{name} [{unit}]")])
                 .with_colors([stage.tone_of_line(look::BLUE)])
-                .with_marker_sizes([if before { 4.0 } else { 3.0 }]);
+                .with_marker_sizes([if before { 2.5 } else { 4.5 }]);
             stream.fixed(path.clone(), &style);
             let numbers: Vec<i64> = values.iter().map(|(number, _)| *number).collect();
             let values = Scalars::new(values.iter().map(|(_, value)| *value));

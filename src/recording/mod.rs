@@ -29,7 +29,7 @@
 //! | `series/position_error_mm` | distance of dead-reckoned and true position | 50 Hz |
 //!
 //! `/floor` holds the room, `/end_points/square_{side}m/{stage}/{direction}` the end points \[mm, y counted downwards as
-//! the viewer's screen does\], `/result` and `/how_to_read` the
+//! the viewer's screen does\], `/end_points/square_{side}m_closer` those after calibration at their own scale, `/result` and `/how_to_read` the
 //! texts. Where the floor slopes, a transform at `/floor` and at each run turns the
 //! room frame, whose z is the floor's normal, upright.
 //!
@@ -205,7 +205,13 @@ impl Recording {
     ///
     /// Clusters of the first stage are lettered where they are, those of later ones beside the origin.
     pub fn end_points(&self, side: f64, clusters: &[EndPoints]) {
-        scatter::draw(&self.stream, side, clusters, |stage| self.stage(stage));
+        scatter::draw(&self.stream, &scatter::path(side), clusters, |stage| self.stage(stage));
+        // What is left is too small to be seen beside what was.
+        let after = clusters.iter().filter(|cluster| !self.stage(&cluster.stage).is_before());
+        let after: Vec<EndPoints> = after.cloned().collect();
+        if !after.is_empty() && after.len() < clusters.len() {
+            scatter::draw(&self.stream, &scatter::closer(side), &after, |stage| self.stage(stage));
+        }
     }
 
     /// Shows `markdown` in the text panel, which has room for about a dozen lines. The last one stays.

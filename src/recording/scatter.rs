@@ -25,21 +25,39 @@ pub(super) fn path(side: f64) -> Path {
     Path::of(["end_points", &format!("square_{side}m")])
 }
 
-/// Logs the plot of a side \[m\]; `stage` tells when the stage of that name comes.
-pub(super) fn draw(stream: &Stream, side: f64, clusters: &[EndPoints], stage: impl Fn(&str) -> Stage) {
-    let root = path(side);
+/// Where the plot of what is left after calibration is.
+pub(super) fn closer(side: f64) -> Path {
+    Path::of(["end_points", &format!("square_{side}m_closer")])
+}
+
+/// Logs a plot below `root`; `stage` tells when the stage of that name comes.
+pub(super) fn draw(stream: &Stream, root: &Path, clusters: &[EndPoints], stage: impl Fn(&str) -> Stage) {
     let bounds = Bounds::of(clusters);
-    axes(stream, &root, &bounds);
+    let first_stage = clusters.iter().map(|cluster| stage(&cluster.stage).index).min().unwrap_or(0);
+    axes(stream, root, &bounds);
     for cluster in clusters {
         // Words of later stages stand on the empty side of the y axis, at the height of their way round.
         let first = clusters.iter().find(|other| other.direction == cluster.direction).unwrap_or(cluster);
         let aside = [bounds.empty_side(), if first.centre_of_gravity[1] < 0.0 { -1.0 } else { 1.0 }];
         let root = root.child(&cluster.stage).child(cluster.direction.as_str());
-        draw_cluster(stream, &root, cluster, stage(&cluster.stage), bounds.letters(), aside);
+        let stage = stage(&cluster.stage);
+        let place = Lettering { size: bounds.letters(), aside, order: stage.index - first_stage };
+        draw_cluster(stream, &root, cluster, stage, &place);
     }
 }
 
-fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: Stage, size: f64, aside: [f64; 2]) {
+/// How a cluster is lettered.
+struct Lettering {
+    /// Height of letters \[mm\].
+    size: f64,
+    /// On which side of the axes there is room.
+    aside: [f64; 2],
+    /// Which of the stages of its plot: the first one is lettered where it is, the others beside the origin.
+    order: usize,
+}
+
+fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: Stage, place: &Lettering) {
+    let &Lettering { size, aside, order } = place;
     let direction = cluster.direction.as_str();
     let points: Vec<[f64; 2]> = cluster.errors.iter().map(millimetres).collect();
     let centre = millimetres(&cluster.centre_of_gravity);
@@ -68,11 +86,13 @@ fn draw_cluster(stream: &Stream, root: &Path, cluster: &EndPoints, stage: Stage,
         strip([[centre[0], centre[1] - arm], [centre[0], centre[1] + arm]]),
     ];
     let words = format!("{direction} {:.0} mm", centre[0].hypot(centre[1]));
-    let (anchor, align) = if stage.index == 0 {
+    let (anchor, align) = if order == 0 {
         let up = if centre[1] < 0.0 { -1.0 } else { 1.0 };
-        ([centre[0], centre[1] + up * 2.2 * size], 0.5)
+        // Beyond the points, so that none is written over.
+        let farthest = points.iter().map(|point| up * (point[1] - centre[1])).fold(0.6 * size, f64::max);
+        ([centre[0], centre[1] + up * (farthest + 1.6 * size)], 0.5)
     } else {
-        let up = aside[1] * 1.7 * stage.index as f64;
+        let up = aside[1] * 1.7 * order as f64;
         ([aside[0] * 1.5 * size, up * size], 0.5 - 0.5 * aside[0])
     };
     lines.extend(lettering::lines(&words, anchor, size, align).into_iter().map(strip));

@@ -176,6 +176,33 @@ fn holds_what_the_docs_promise() {
 }
 
 #[test]
+fn what_is_left_after_calibration_has_a_plot_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("run.rrd");
+    let scene = Scene::load("jnpf_4wd", "lab_floor").unwrap();
+    let stages = ["before", "after_umbmark_2m"].map(str::to_owned);
+    let outline = Outline { stages: stages.to_vec(), ..outline(&label()) };
+    let recording = Recording::create(&path, &outline, &scene).unwrap();
+    let cluster = |stage: &String| EndPoints {
+        stage: stage.clone(),
+        direction: Rotation::Clockwise,
+        errors: vec![[0.1, 0.2], [0.12, 0.21], [0.11, 0.19]],
+        centre_of_gravity: [0.11, 0.2],
+    };
+    recording.end_points(2.0, &stages.each_ref().map(cluster));
+    recording.finish().unwrap();
+    let rows = read(&path).rows;
+    for (plot, stage, there) in [
+        ("square_2m", "before", true),
+        ("square_2m", "after_umbmark_2m", true),
+        ("square_2m_closer", "before", false),
+        ("square_2m_closer", "after_umbmark_2m", true),
+    ] {
+        assert_eq!(rows.contains_key(&format!("/end_points/{plot}/{stage}/cw/runs")), there, "{plot} {stage}");
+    }
+}
+
+#[test]
 fn never_overwrites() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("run.rrd");

@@ -59,6 +59,10 @@ pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
         let _ = writeln!(text, "  {words}");
     }
     text.push('\n');
+    if is_unsurveyed(dataset) {
+        text.push_str("nothing can be checked yet: no run has a surveyed end (x_m and y_m in runs.csv)\n");
+        return text;
+    }
     if suspicions.is_empty() {
         text.push_str("nothing looks wrong\n");
         return text;
@@ -73,6 +77,11 @@ pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
         let _ = writeln!(text, "{}. {suspicion}", number + 1);
     }
     text
+}
+
+/// Whether nothing has been measured.
+pub fn is_unsurveyed(dataset: &Dataset) -> bool {
+    dataset.runs.iter().all(|run| run.end.is_none())
 }
 
 pub(super) fn counted(count: usize, what: &str) -> String {

@@ -55,6 +55,11 @@ pub fn markdown(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     out
 }
 
+/// With its sign of comparison; what no number can hold is below the least that one can.
+fn p_value(value: f64) -> String {
+    if value > 0.0 { format!("= {value:.1e}") } else { format!("< {:.0e}", f64::MIN_POSITIVE) }
+}
+
 /// The answer in a sentence or two.
 pub fn answer(diagnosis: &Diagnosis) -> String {
     let list = |findings: &[&Finding]| {
@@ -211,7 +216,7 @@ pub(super) fn misfit(diagnosis: &Diagnosis) -> Grid {
         0 => String::new(),
         more => format!("… and {more} more conditions. "),
     };
-    grid.noted(format!("{more}χ² {:.1} on {} degrees of freedom, p = {:.1e}", m.chi2, m.dof, m.p_value))
+    grid.noted(format!("{more}χ² {:.1} on {} degrees of freedom, p {}", m.chi2, m.dof, p_value(m.p_value)))
 }
 
 /// The answers that were weighed, without what they all hold.

@@ -45,7 +45,8 @@ impl Grid {
         let mut text = String::new();
         let markdown = style == Style::Markdown;
         if !self.title.is_empty() {
-            let _ = writeln!(text, "{}{}", if markdown { "### " } else { "" }, self.title);
+            let mark = if markdown { "**" } else { "" };
+            let _ = writeln!(text, "{mark}{}{mark}", self.title);
         }
         if markdown {
             text.push('\n');

@@ -17,8 +17,11 @@ pub fn diff_drive_controller(
     let correction = estimate.correction();
     let (left, right) = correction.wheel_factors();
     let nominal_radius = 0.5 * (believed.left_wheel_radius + believed.right_wheel_radius);
+    // YAML 1.1 takes a number without a point for text.
+    let variance = |value: f64| format!("{value:.3e}");
     let position = 0.5 * score.position_rmse_after * score.position_rmse_after;
     let heading = if score.heading_rmse_after.is_nan() { UNOBSERVED } else { score.heading_rmse_after.powi(2) };
+    let (position, heading) = (variance(position), variance(heading));
     let not_fixed = estimate.not_fixed.map_or(String::new(), |words| format!("# Not fixed by the data: {words}\n"));
     format!(
         "# Found by treadmark {version}, method {method}.\n\
@@ -32,7 +35,7 @@ pub fn diff_drive_controller(
          \x20   left_wheel_radius_multiplier: {left:?}\n\
          \x20   right_wheel_radius_multiplier: {right:?}\n\
          \x20   # x, y, z, roll, pitch, yaw: the variance of end poses about their prediction\n\
-         \x20   pose_covariance_diagonal: [{position:?}, {position:?}, {u:?}, {u:?}, {u:?}, {heading:?}]\n",
+         \x20   pose_covariance_diagonal: [{position}, {position}, {u:?}, {u:?}, {u:?}, {heading}]\n",
         version = env!("CARGO_PKG_VERSION"),
         track = believed.track_width,
         e_b = correction.track_ratio,

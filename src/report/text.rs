@@ -112,6 +112,12 @@ fn gain(result: &MethodResult, before: &Stage) -> [String; 8] {
     ]
 }
 
+/// Five digits after the point, and no −0.
+fn signed(value: f64) -> String {
+    let words = format!("{value:+.5}");
+    if words == "-0.00000" { "+0.00000".to_owned() } else { words }
+}
+
 /// A value with its σ, in the digits that the σ leaves.
 pub(super) fn parameter(parameter: &Parameter) -> String {
     let Parameter { value, std_dev } = *parameter;
@@ -155,8 +161,8 @@ pub(super) fn calibration_grids(calibration: &Calibration) -> [Grid; 2] {
             parameter(&estimate.diameter_ratio),
             parameter(&estimate.track_ratio),
             parameter(&estimate.distance_scale),
-            outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[0])),
-            outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[1])),
+            outcome.bias.map_or("–".to_owned(), |bias| signed(bias[0])),
+            outcome.bias.map_or("–".to_owned(), |bias| signed(bias[1])),
         ]);
     }
     let corrections = corrections

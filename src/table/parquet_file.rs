@@ -1,12 +1,14 @@
 //! A table as a Parquet file, by the column writers of the `parquet` crate (no Arrow between).
 
-use super::{Cell, Kind, Table};
+use super::{Cell, Column, Kind, Table};
 use parquet::basic::{Compression, LogicalType, Repetition, Type as Physical};
 use parquet::data_type::{ByteArray, ByteArrayType, DoubleType, Int64Type};
 use parquet::errors::ParquetError;
 use parquet::file::metadata::KeyValue;
 use parquet::file::properties::WriterProperties;
+use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::{SerializedFileWriter, SerializedRowGroupWriter};
+use parquet::record::Field;
 use parquet::schema::types::Type;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -34,6 +36,14 @@ pub enum TableError {
     Exists {
         /// The file.
         file: PathBuf,
+    },
+    /// A file that is no table of ours.
+    #[error("{}: cannot be read as a table: {reason}", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// What is wrong with it.
+        reason: String,
     },
     /// A row with a cell that its column does not hold, or without one cell a column.
     #[error("row {row} of the table does not fit its columns")]
@@ -90,6 +100,42 @@ impl Table {
         open.write_all(&bytes).map_err(failed)?;
         open.sync_all().map_err(failed)?;
         std::fs::rename(&part, file).map_err(failed)
+    }
+
+    /// Reads a table that [`Table::write`] wrote.
+    ///
+    /// # Errors
+    /// It cannot be read, or holds columns of other types than a table has.
+    pub fn read(file: &Path) -> Result<Table, TableError> {
+        let open = std::fs::File::open(file).map_err(|source| TableError::Io { file: file.to_owned(), source })?;
+        let unreadable = |reason: String| TableError::Unreadable { file: file.to_owned(), reason };
+        let parquet = |error: ParquetError| unreadable(error.to_string());
+        let reader = SerializedFileReader::new(open).map_err(parquet)?;
+        let metadata = reader.metadata().file_metadata();
+        let notes = metadata.key_value_metadata().into_iter().flatten();
+        let notes = notes.map(|note| (note.key.clone(), note.value.clone().unwrap_or_default())).collect();
+        let columns = metadata.schema_descr().columns().iter().map(|column| {
+            let kind = match column.physical_type() {
+                Physical::DOUBLE => Kind::Number,
+                Physical::INT64 => Kind::Whole,
+                Physical::BYTE_ARRAY => Kind::Text,
+                other => return Err(unreadable(format!("column {} is of type {other}", column.name()))),
+            };
+            Ok(Column { name: column.name().to_owned(), kind })
+        });
+        let columns = columns.collect::<Result<Vec<_>, _>>()?;
+        let mut rows = Vec::new();
+        for row in reader.get_row_iter(None).map_err(parquet)? {
+            let row = row.map_err(parquet)?;
+            let cell = |field: &Field| match field {
+                Field::Double(value) => Cell::Number(*value),
+                Field::ULong(value) => Cell::Whole(*value),
+                Field::Str(text) => Cell::Text(text.clone()),
+                _ => Cell::Absent,
+            };
+            rows.push(row.get_column_iter().map(|(_, field)| cell(field)).collect());
+        }
+        Ok(Table { columns, rows, notes })
     }
 
     fn fits(&self, row: &[Cell]) -> bool {

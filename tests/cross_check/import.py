@@ -1,19 +1,24 @@
-"""Bags that independent libraries wrote of real campaigns import to datasets that calibrate to the same digits.
+"""Bags that independent libraries wrote of real campaigns import to datasets that calibrate and diagnose to the same digits.
 
     python -m venv venv && venv/bin/pip install -r tests/cross_check/requirements.txt
     cargo build --release
-    venv/bin/python tests/cross_check/import.py target/release/treadmark CAMPAIGN…
+    venv/bin/python tests/cross_check/import.py target/release/treadmark --robot optiodom CAMPAIGN…
 
 Each CAMPAIGN is a folder with dataset.toml, runs.csv, encoders.csv in ticks and poses.csv. It is written as one bag a run
 (by rosbags: lossless, its poses in a room frame; by mcap-ros2-support: zstd, big headers, tf), imported, and calibrated
 beside the original: what `treadmark calibrate` prints must be the same to the last digit, and so must every number of
-encoders.csv and poses.csv when printed as the original has it. Then all runs go into one bag with standstills between
-them, and must be cut and its squares recognised as what the original says. Last, an exported run is read by evo.
+encoders.csv and poses.csv when printed as the original has it. With --robot, the model to diagnose against, so must all
+that `treadmark diagnose` prints; the original has noted in it what bags know anyway and a diagnosis uses, when and where
+each run began. Then all runs go into one bag with standstills between them, and must be cut and its
+squares recognised as what the original says. Last, an exported run is read by evo.
 """
 
+import argparse
 import csv
+import difflib
 import json
 import math
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -246,7 +251,26 @@ def same_numbers(campaign, imported):
     return compared
 
 
-def check(binary, folder, work):
+def noted(campaign, began, folder):
+    """A copy of a campaign that says when and where each run began."""
+    shutil.copytree(campaign.folder, folder)
+    starts = {"start_x_m": ROOM[0], "start_y_m": ROOM[1], "start_heading_rad": ROOM[2]}
+    rows = [row | starts | {"started_s": (began[row["run"]] - BEGAN) / 1e9} for row in campaign.runs]
+    with (folder / "runs.csv").open("w", newline="") as file:
+        table = csv.DictWriter(file, rows[0].keys())
+        table.writeheader()
+        table.writerows(rows)
+    return folder
+
+
+def diagnosis(binary, dataset, robot, out):
+    """What a diagnosis says, and its JSON without what names the folder."""
+    said = treadmark(binary, "diagnose", dataset, "--robot", robot, "--out", out, "--no-recording")
+    said = "".join(line for line in said.splitlines(keepends=True) if str(out) not in line)
+    return said, json.loads((out / "diagnosis.json").read_text())
+
+
+def check(binary, folder, robot, work):
     campaign = Campaign(folder)
     name = campaign.toml["name"]
     original = treadmark(binary, "calibrate", folder)
@@ -254,16 +278,22 @@ def check(binary, folder, work):
     sizes = sorted({row["side_m"] for row in campaign.runs if row["side_m"]})
     radii = sorted({row["radius_m"] for row in campaign.runs if row["radius_m"]})
     nominal = (["--side", ",".join(sizes)] if sizes else []) + (["--radius", ",".join(radii)] if radii else [])
+    # Runs follow each other with a minute between them.
+    starts, began = {}, BEGAN
+    for row in campaign.runs:
+        starts[row["run"]] = began
+        readings = campaign.encoders[row["run"]] + campaign.poses[row["run"]]
+        began += max(nanoseconds(reading["t_s"]) for reading in readings) + 60 * 10**9
+    if robot:
+        diagnosed, diagnosed_json = diagnosis(binary, noted(campaign, starts, work / "noted"), robot, work / "diagnosed")
     for library in (Rosbags, McapRos2):
         bags = []
-        began = BEGAN
         for row in campaign.runs:
             path = work / f"{name}-{library.__name__}" / row["run"]
             path.parent.mkdir(exist_ok=True)
             bag = library(path, campaign.ticks)
-            _, ended = write_run(bag, campaign, row["run"], began)
+            write_run(bag, campaign, row["run"], starts[row["run"]])
             bag.close()
-            began = ended + 60 * 10**9
             bags.append(path if path.is_dir() else path.with_suffix(".mcap"))
         for how, extra in [("recognised", nominal), ("stated", ["--runs", folder / "runs.csv"])]:
             if how == "recognised" and any(row["protocol"] != "square" for row in campaign.runs):
@@ -277,7 +307,14 @@ def check(binary, folder, work):
             assert ours == original, f"{out}: calibrates differently\n{original}\n{ours}"
             same = json.loads(treadmark(binary, "calibrate", out, "--json")) == original_json
             print(f"{name}: {library.__name__}, protocols {how}: {compared} numbers as printed, "
-                  f"`calibrate` the same{', its JSON to the last bit' if same else ''}")
+                  f"`calibrate` the same{', its JSON to the last bit' if same else ''}", flush=True)
+        if robot:
+            ours, ours_json = diagnosis(binary, out, robot, work / f"diagnosed-{library.__name__}")
+            changed = "".join(difflib.unified_diff(diagnosed.splitlines(True), ours.splitlines(True), "original", "imported"))
+            assert not changed, f"{out}: diagnosed differently\n{changed}"
+            same = ", its JSON to the last bit" if ours_json == diagnosed_json else ""
+            print(f"{name}: {library.__name__}: `diagnose` the same {len(ours.splitlines())} lines{same}: "
+                  f"{ours.splitlines()[0]}", flush=True)
 
     # One bag with standstills: robot at rest for ten seconds between runs, carried back to the mark meanwhile.
     bag = Rosbags(work / f"{name}-one", campaign.ticks)
@@ -328,12 +365,14 @@ def check(binary, folder, work):
 
 
 def main():
-    binary, folders = Path(sys.argv[1]).resolve(), [Path(folder).resolve() for folder in sys.argv[2:]]
-    if not folders:
-        sys.exit(__doc__)
-    for folder in folders:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("binary", type=Path)
+    parser.add_argument("campaigns", type=Path, nargs="+", metavar="CAMPAIGN")
+    parser.add_argument("--robot", help="diagnose too, against this model")
+    arguments = parser.parse_args()
+    for folder in arguments.campaigns:
         with tempfile.TemporaryDirectory() as work:
-            check(binary, folder, Path(work))
+            check(arguments.binary.resolve(), folder.resolve(), arguments.robot, Path(work))
 
 
 if __name__ == "__main__":

@@ -421,6 +421,7 @@ fn init_and_check_on_the_command_line() {
     let (code, stdout, _) = treadmark(at, &["check", "lab"]);
     assert_eq!(code, Some(0), "{stdout}");
     assert!(stdout.contains("5 × square of 4 m, cw, 5 without a surveyed end"), "{stdout}");
+    assert!(stdout.contains("nothing can be checked yet") && !stdout.contains("nothing looks wrong"), "{stdout}");
 
     let (code, stdout, stderr) = treadmark(at, &["init", "lab"]);
     assert_eq!((code, stdout.as_str()), (Some(2), ""));

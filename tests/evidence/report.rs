@@ -117,6 +117,57 @@ fn a_diagnosis_report_has_the_numbers_of_its_json_and_is_drawn_again_alike() {
 }
 
 #[test]
+fn a_sweep_report_has_the_numbers_of_its_table() {
+    use parquet::file::reader::{FileReader, SerializedFileReader};
+    let folder = tempfile::tempdir().unwrap();
+    let plan = "format = \"treadmark-sweep/1\"\npoint = \"run\"\nrepeats = 2\ntime_step_s = 0.0025\n\
+        [protocol]\nkind = \"straight\"\nlength_m = 0.2\n\
+        [[grid]]\nparameter = \"wheel_diameter_mismatch.ratio_minus_one\"\nvalues = [0.0, 0.02, 0.04]\n\
+        [[grid]]\nparameter = \"protocol.direction\"\nvalues = [\"forward\", \"reverse\"]\n";
+    std::fs::write(folder.path().join("plan.toml"), plan).unwrap();
+    let run = |arguments: &[&str]| {
+        let output = treadmark(folder.path()).args(arguments).output().unwrap();
+        assert!(output.status.success(), "{}", text(&output.stderr));
+    };
+    run(&["sweep", "plan.toml", "--out", "swept"]);
+    run(&["report", "swept"]);
+    // A result that is drawn is drawn again.
+    run(&["report", "swept"]);
+    let swept = folder.path().join("swept");
+    let html = std::fs::read_to_string(swept.join("report.html")).unwrap();
+    is_self_contained(&html);
+
+    let table = SerializedFileReader::new(std::fs::File::open(swept.join("sweep.parquet")).unwrap()).unwrap();
+    let names: Vec<String> =
+        table.metadata().file_metadata().schema().get_fields().iter().map(|field| field.name().to_owned()).collect();
+    let column = |name: &str| names.iter().position(|known| known == name).unwrap();
+    let mut errors: Vec<f64> = table
+        .get_row_iter(None)
+        .unwrap()
+        .map(|row| {
+            let row = row.unwrap();
+            let of =
+                |name: &str| row.get_column_iter().nth(column(name)).unwrap().1.to_string().parse::<f64>().unwrap();
+            1e3 * of("error_x_m").hypot(of("error_y_m"))
+        })
+        .collect();
+    errors.sort_by(f64::total_cmp);
+    assert_eq!(errors.len(), 12);
+    let (least, greatest) = (format!("{:.1}", errors[0]), format!("{:.1}", errors[11]));
+    let median = format!("{:.1} mm off in the median", 0.5 * (errors[5] + errors[6]));
+    for words in
+        [&least, &greatest, &median, "Over 12 runs", "position error over wheel_diameter_mismatch.ratio_minus_one"]
+    {
+        assert!(html.contains(words), "{words}");
+    }
+    // Both ways, a dot a point in each of two charts; the plan is in the page.
+    assert_eq!(html.matches("<circle class=\"ccw dot pale\"").count(), 2 * 6 + 1);
+    assert_eq!(html.matches("<circle class=\"cw dot pale\"").count(), 2 * 6 + 1);
+    assert!(html.contains("values = [0.0, 0.02, 0.04]"));
+    assert!(html.contains("treadmark sweep plan.toml"));
+}
+
+#[test]
 fn a_dataset_report_says_what_check_says() {
     let folder = tempfile::tempdir().unwrap();
     campaign(folder.path());

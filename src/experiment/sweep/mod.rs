@@ -29,6 +29,16 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, Ordering};
 
+/// Reads a sweep's table, and the plan that is kept in it.
+///
+/// # Errors
+/// It cannot be read, or holds no plan of this version's format.
+pub fn read(file: &Path) -> Result<(Plan, Table), SweepError> {
+    let table = Table::read(file)?;
+    let text = table.notes.iter().find(|(key, _)| key == "treadmark.plan").map(|(_, text)| text.clone());
+    Ok((Plan::parse(file, text.unwrap_or_default())?, table))
+}
+
 /// Name of the table in a sweep's folder.
 pub const TABLE: &str = "sweep.parquet";
 /// Step of a challenge's simulations at least \[s\], as `treadmark challenge` has it.

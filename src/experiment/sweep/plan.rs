@@ -32,6 +32,7 @@
 
 use super::error::SweepError;
 use super::key::{Allowed, Key, Target, Value};
+use crate::scene::{ROBOTS, WORLDS};
 use crate::strict;
 use crate::table::Column;
 use rand_chacha::ChaCha8Rng;
@@ -420,6 +421,16 @@ impl Plan {
             })];
         }
         words
+    }
+
+    /// What holds everywhere of a key that takes words, or of its default.
+    pub fn base(&self, key: &str) -> String {
+        let default = match key {
+            "robot" => ROBOTS.names()[0],
+            "world" => WORLDS.names()[0],
+            _ => "",
+        };
+        self.words(key, default).join(", ")
     }
 
     /// The columns that say which point a row is.

@@ -14,9 +14,11 @@ pub fn page(dataset: &Dataset, suspicions: &[Suspicion], provenance: Provenance)
     let surveyed = dataset.runs.iter().filter(|run| run.end.is_some()).count();
     let runs = match (dataset.runs.len(), surveyed) {
         (all, surveyed) if all == surveyed => format!("{} with a surveyed end", check::counted(all, "run")),
+        (all, 0) => format!("{}, none of them with a surveyed end", check::counted(all, "run")),
         (all, surveyed) => format!("{}, {surveyed} of them with a surveyed end", check::counted(all, "run")),
     };
     let answer = match suspicions.len() {
+        _ if surveyed == 0 => format!("{runs}; nothing can be checked yet."),
         0 => format!("{runs}; nothing looks wrong."),
         1 => format!("{runs}; one thing looks wrong."),
         many => format!("{runs}; {many} things look wrong."),

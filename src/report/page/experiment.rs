@@ -7,19 +7,28 @@ use crate::experiment::{Experiment, MethodResult, Stage};
 use crate::report::{ros2, text};
 use std::collections::BTreeMap;
 
-/// The page of an experiment driven by `robot`.
-pub fn page(title: String, experiment: &Experiment, provenance: Provenance) -> Page {
-    let better = |result: &&MethodResult| result.improvement(&experiment.before);
-    let best = experiment
-        .methods
-        .iter()
-        .filter(|result| better(result).is_some())
-        .max_by(|one, other| better(one).unwrap_or(0.0).total_cmp(&better(other).unwrap_or(0.0)));
+/// The answer of an experiment in a sentence, and what stands beside it, a sentence each.
+pub fn answer(experiment: &Experiment) -> (String, Vec<String>) {
+    let best = best(experiment);
     let mut beside = Vec::new();
     if !experiment.complete {
         beside.push("Interrupted: this is what had been driven.".to_owned());
     }
     beside.extend(best.and_then(|best| elsewhere(best, &experiment.before)));
+    (in_a_sentence(best, &experiment.before, experiment.methods.len()), beside)
+}
+
+/// The method that gained most at the side that it saw.
+fn best(experiment: &Experiment) -> Option<&MethodResult> {
+    let better = |result: &&MethodResult| result.improvement(&experiment.before);
+    let gained = experiment.methods.iter().filter(|result| better(result).is_some());
+    gained.max_by(|one, other| better(one).unwrap_or(0.0).total_cmp(&better(other).unwrap_or(0.0)))
+}
+
+/// The page of an experiment.
+pub fn page(title: String, experiment: &Experiment, provenance: Provenance) -> Page {
+    let best = best(experiment);
+    let (answer, beside) = answer(experiment);
     let figures = experiment.before.sides.iter().flat_map(|side| scatter(experiment, best, side.side)).collect();
     let mut unable: Vec<String> = experiment
         .not_applicable
@@ -63,7 +72,7 @@ pub fn page(title: String, experiment: &Experiment, provenance: Provenance) -> P
     Page {
         format: FORMAT.to_owned(),
         title,
-        answer: answer(best, &experiment.before, experiment.methods.len()),
+        answer,
         beside,
         sections: sections.into_iter().flatten().collect(),
         provenance,
@@ -74,7 +83,7 @@ fn e_max(stage: &Stage, side: f64) -> Option<f64> {
     Some(1e3 * stage.side(side)?.e_max_syst())
 }
 
-fn answer(best: Option<&MethodResult>, before: &Stage, methods: usize) -> String {
+fn in_a_sentence(best: Option<&MethodResult>, before: &Stage, methods: usize) -> String {
     let words = best.and_then(|best| {
         let side = best.calibrated_on_side;
         Some(format!(

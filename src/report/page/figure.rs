@@ -67,6 +67,19 @@ pub struct Plane {
     pub marks: Vec<Mark>,
 }
 
+/// A figure of one number over another, each in units of its own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Chart {
+    /// What it shows.
+    pub title: String,
+    /// What stands along the axes, with units: x, y.
+    pub axes: [String; 2],
+    /// Whether an axis is logarithmic; what is not above 0 is not drawn then.
+    pub logarithmic: [bool; 2],
+    /// In drawing order. Ellipses and arrows have no meaning here.
+    pub marks: Vec<Mark>,
+}
+
 /// How bars are scaled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -206,22 +219,87 @@ impl Plane {
     }
 }
 
+/// Height of a chart's field, in the drawing's units.
+const FIELD: f64 = 220.0;
+
+impl Chart {
+    /// The figure.
+    pub(super) fn svg(&self) -> Markup {
+        let [left, top, right, bottom] = MARGIN;
+        let of = |axis: usize, value: f64| if self.logarithmic[axis] { value.log10() } else { value };
+        let shown = |point: &[f64; 2]| (0..2).all(|axis| of(axis, point[axis]).is_finite());
+        let (mut least, mut greatest) = ([f64::INFINITY; 2], [f64::NEG_INFINITY; 2]);
+        for point in self.marks.iter().flat_map(|mark| &mark.points).filter(|point| shown(point)) {
+            least = std::array::from_fn(|axis| least[axis].min(of(axis, point[axis])));
+            greatest = std::array::from_fn(|axis| greatest[axis].max(of(axis, point[axis])));
+        }
+        for axis in 0..2 {
+            let reach = greatest[axis] - least[axis];
+            let margin = if reach > 0.0 { 0.05 * reach } else { (0.1 * least[axis].abs()).max(1e-9) };
+            (least[axis], greatest[axis]) =
+                if least[axis].is_finite() { (least[axis] - margin, greatest[axis] + margin) } else { (0.0, 1.0) };
+        }
+        let size = [WIDTH - left - right, FIELD];
+        let along = |axis: usize, value: f64| (of(axis, value) - least[axis]) / (greatest[axis] - least[axis]);
+        let at = |[x, y]: [f64; 2]| [left + size[0] * along(0, x), top + size[1] * (1.0 - along(1, y))];
+        let foot = top + FIELD;
+        html! {
+            svg viewBox=(format!("0 0 {WIDTH} {:.1}", foot + bottom)) role="img" aria-label=(self.title) {
+                @for (x, words) in marked(least[0], greatest[0], self.logarithmic[0]) {
+                    @let px = at([x, 1.0])[0];
+                    path class=(if x == 0.0 { "zero" } else { "mesh" }) d=(format!("M{px:.1} {top}V{foot:.1}")) {}
+                    text x=(one(px)) y=(one(foot + 15.0)) text-anchor="middle" { (words) }
+                }
+                @for (y, words) in marked(least[1], greatest[1], self.logarithmic[1]) {
+                    @let py = at([1.0, y])[1];
+                    path class=(if y == 0.0 { "zero" } else { "mesh" }) d=(format!("M{left:.1} {py:.1}H{:.1}", left + size[0])) {}
+                    text x=(one(left - 6.0)) y=(one(py + 4.0)) text-anchor="end" { (words) }
+                }
+                text x=(one(left + 0.5 * size[0])) y=(one(foot + 33.0)) text-anchor="middle" { (self.axes[0]) }
+                text x="0" y="0" text-anchor="middle"
+                    transform=(format!("translate({:.1} {:.1}) rotate(-90)", left - 44.0, top + 0.5 * FIELD)) { (self.axes[1]) }
+                @for mark in &self.marks {
+                    (draw(&Mark { points: mark.points.iter().filter(|point| shown(point)).copied().collect(), ..mark.clone() }, &at))
+                }
+            }
+        }
+    }
+}
+
+/// Where an axis is marked, and with which words; ends of a logarithmic one are powers of ten.
+fn marked(least: f64, greatest: f64, logarithmic: bool) -> Vec<(f64, String)> {
+    if !logarithmic {
+        let step = nice_step((greatest - least) / 5.0);
+        return ticks(least, greatest, step).into_iter().map(|value| (value, number(value, step))).collect();
+    }
+    let decades = (least.floor() as i32)..=(greatest.ceil() as i32);
+    // Halves of a decade where there are few of them.
+    let digits: &[f64] = if greatest - least < 2.5 { &[1.0, 2.0, 5.0] } else { &[1.0] };
+    let values = decades.flat_map(|decade| digits.iter().map(move |digit| digit * 10f64.powi(decade)));
+    let values = values.filter(|value| (least..=greatest).contains(&value.log10()));
+    values
+        .map(|value| (value, if (1e-4..1e5).contains(&value) { format!("{value}") } else { format!("{value:e}") }))
+        .collect()
+}
+
 /// What marks of figures mean, each name once.
-pub(super) fn key(planes: &[Plane]) -> Markup {
+pub(super) fn key<'a>(marks: impl Iterator<Item = &'a Mark>) -> Markup {
     let mut named: Vec<&Mark> = Vec::new();
-    for mark in planes.iter().flat_map(|plane| &plane.marks).filter(|mark| !mark.name.is_empty()) {
+    for mark in marks.filter(|mark| !mark.name.is_empty()) {
         if !named.iter().any(|known| known.name == mark.name) {
             named.push(mark);
         }
     }
     html! {
-        ul.key {
-            @for mark in named {
-                li {
-                    svg.swatch viewBox="0 0 28 14" aria-hidden="true" {
-                        (draw(&sample(mark), &|[x, y]| [x, 7.0 - y]))
+        @if !named.is_empty() {
+            ul.key {
+                @for mark in named {
+                    li {
+                        svg.swatch viewBox="0 0 28 14" aria-hidden="true" {
+                            (draw(&sample(mark), &|[x, y]| [x, 7.0 - y]))
+                        }
+                        (mark.name)
                     }
-                    (mark.name)
                 }
             }
         }

@@ -43,7 +43,7 @@ impl Page {
         html! {
             section {
                 h2 { "How to get this again" }
-                pre { code { (provenance.command) } }
+                pre.command { code { (provenance.command) } }
                 dl {
                     dt { "version" } dd { "treadmark " (provenance.version) }
                     @if let Some(seed) = provenance.seed { dt { "seed" } dd { (seed) } }
@@ -76,9 +76,15 @@ fn block(block: &Block, heading: &str) -> Markup {
             Block::List(items) => { ul { @for item in items { li { (prose(item)) } } } }
             Block::Table(grid) => { (table(grid, heading)) }
             Block::Planes(planes) => {
-                (key(planes))
+                (key(planes.iter().flat_map(|plane| &plane.marks)))
                 div.figures {
                     @for plane in planes { figure { figcaption { (plane.title) } (plane.svg()) } }
+                }
+            }
+            Block::Charts(charts) => {
+                (key(charts.iter().flat_map(|chart| &chart.marks)))
+                div.figures {
+                    @for chart in charts { figure { figcaption { (chart.title) } (chart.svg()) } }
                 }
             }
             Block::Bars(bars) => {

@@ -1,7 +1,7 @@
 //! The report of a result: one self-contained page, the answer first.
 //!
 //! A [`Page`] is data: sentences, tables, figures, in the order in which they are read. Commands make it
-//! ([`diagnosis`], [`experiment`], [`calibration`], [`dataset`]), it is kept beside the results as `report.json`, and
+//! ([`diagnosis`], [`experiment`], [`calibration`], [`dataset`], [`sweep`]), it is kept beside the results as `report.json`, and
 //! [`Page::html`] draws it, now or later (`treadmark report`). Tables are those of the terminal.
 
 pub mod calibration;
@@ -11,8 +11,9 @@ pub mod experiment;
 mod figure;
 mod html;
 mod provenance;
+pub mod sweep;
 
-pub use figure::{Bar, Bars, Hue, Mark, Plane, Scale, Shape};
+pub use figure::{Bar, Bars, Chart, Hue, Mark, Plane, Scale, Shape};
 pub use provenance::{Digest, DigestError, Provenance};
 
 use super::grid::Grid;
@@ -59,6 +60,8 @@ pub enum Block {
     Table(Grid),
     /// Figures of points and lines, side by side, with one key for all.
     Planes(Vec<Plane>),
+    /// Figures of one number over another, side by side, with one key for all.
+    Charts(Vec<Chart>),
     /// Figures of bars, side by side.
     Bars(Vec<Bars>),
     /// Something to paste: what it is, and the text.
@@ -80,6 +83,7 @@ impl Block {
             Block::List(items) => items.is_empty(),
             Block::Table(grid) => grid.rows.is_empty(),
             Block::Planes(planes) => planes.is_empty(),
+            Block::Charts(charts) => charts.is_empty(),
             Block::Bars(bars) => bars.iter().all(|bars| bars.rows.is_empty()),
             Block::Paste(_, text) => text.is_empty(),
         }
