@@ -12,6 +12,11 @@
 //!   this is the radial return, f against s; on an ellipse a radial return would leave b_eff/b = 1 + (l/b)² whatever
 //!   μ_y/μ_x, where it is 1 + (μ_y/μ_x)² (l/b)².
 //!
+//! The motion handed in is that of the middle of the step, as the engine's leapfrog has it, so that bristles that stick are
+//! exact to second order. Bristles that slide are turned to the slip's direction by the return at the step's end, a backward
+//! Euler step of their relaxation, which lags by half a step; they get the slip half a step ahead, carried on by its last
+//! change, which leaves second order. Sticking bristles must not: on a light robot the lead would be a stiff spring's.
+//!
 //! Transport is upwind and implicit in time, so that it is stable at any speed; its steady state has the full brush
 //! model's force at small slip exactly, by the choice of k, and at full sliding exactly. Known differences from a real
 //! tyre: no carcass bending, no camber thrust, friction that does not fall with sliding speed, no rolling resistance.
@@ -59,12 +64,19 @@ struct Limit {
 }
 
 impl Limit {
+    /// Square of how far a force (f, g) reaches to the limit: above 1 outside.
+    #[inline(always)]
+    fn saturation(&self, f: f64, g: f64) -> f64 {
+        (f * self.inverse_along).powi(2) + (g * self.inverse_across).powi(2)
+    }
+
     /// Factors on a force (f, g) along and across that bring it into the limit: 1 inside. `ELLIPSE` is whether the two
     /// half axes differ.
     #[inline(always)]
     fn back<const ELLIPSE: bool>(&self, f: f64, g: f64) -> [f64; 2] {
         let (x, y) = ((f * self.inverse_along).powi(2), (g * self.inverse_across).powi(2));
-        let radial = |saturation: f64| if saturation > 1.0 { 1.0 / saturation.sqrt() } else { 1.0 };
+        // No branch, so that the cells across a patch go side by side.
+        let radial = |saturation: f64| 1.0 / saturation.max(1.0).sqrt();
         if !ELLIPSE {
             let back = radial(x + y);
             return [back, back];
@@ -98,6 +110,8 @@ pub struct Patch {
     force_across: [Row; CELLS_ALONG],
     /// a of the last step \[m\].
     half_length: f64,
+    /// Motion in the last step; `None` where the tyre has just touched.
+    before: Option<PatchMotion>,
 }
 
 /// How a patch moves over the ground.
@@ -127,7 +141,7 @@ pub struct PatchForce {
 impl Default for Patch {
     fn default() -> Self {
         let still = [[0.0; CELLS_ACROSS]; CELLS_ALONG];
-        Patch { along: still, across: still, force_along: still, force_across: still, half_length: 0.0 }
+        Patch { along: still, across: still, force_along: still, force_across: still, half_length: 0.0, before: None }
     }
 }
 
@@ -171,6 +185,12 @@ impl Patch {
         let carried = motion.rolling.abs() * dt / cell_length;
         let keep = 1.0 / (1.0 + carried);
         let forward = motion.rolling >= 0.0;
+        let before = self.before.replace(*motion).unwrap_or(*motion);
+        // Way that half of the slip's change since the last step makes in this one, at the centre, and a metre beside it.
+        let ahead = |now: f64, before: f64| 0.5 * (now - before) * dt * keep;
+        let ahead_along = ahead(motion.slip_along, before.slip_along);
+        let ahead_across = ahead(motion.slip_across, before.slip_across);
+        let ahead_turn = ahead(motion.spin, before.spin);
 
         let mut force = PatchForce::default();
         let (mut entering_along, mut entering_across) = ([0.0; CELLS_ACROSS], [0.0; CELLS_ACROSS]);
@@ -190,6 +210,10 @@ impl Patch {
                 let (old_along, old_across) = (self.along[i][j], self.across[i][j]);
                 let mut u = (old_along + carried * entering_along[j] - slip_along * dt) * keep;
                 let mut v = (old_across + carried * entering_across[j] - slip_across * dt) * keep;
+                // Sliding bristles meet the slip half a step ahead.
+                let sliding = limit.saturation(stiffness * u, stiffness * v) > 1.0;
+                u -= if sliding { ahead_along - ahead_turn * eta } else { 0.0 };
+                v -= if sliding { ahead_across + ahead_turn * xi } else { 0.0 };
                 // Back to the friction ellipse.
                 let [back_along, back_across] = limit.back::<ELLIPSE>(stiffness * u, stiffness * v);
                 u *= back_along;

@@ -206,7 +206,7 @@ fn a_simulated_campaign_comes_back_from_one_bag() {
         .iter()
         .enumerate()
         .map(|(index, protocol)| {
-            let task = Task { name: index.to_string(), protocol: *protocol, speed: None, turn_rate: None };
+            let task = Task::new(index.to_string(), *protocol);
             drive::run(&scene, &task, 1, None, &AtomicBool::new(false)).expect("it can be driven").measured
         })
         .collect();
