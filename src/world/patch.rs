@@ -75,8 +75,7 @@ impl Limit {
     #[inline(always)]
     fn back<const ELLIPSE: bool>(&self, f: f64, g: f64) -> [f64; 2] {
         let (x, y) = ((f * self.inverse_along).powi(2), (g * self.inverse_across).powi(2));
-        // No branch, so that the cells across a patch go side by side.
-        let radial = |saturation: f64| 1.0 / saturation.max(1.0).sqrt();
+        let radial = |saturation: f64| if saturation > 1.0 { 1.0 / saturation.sqrt() } else { 1.0 };
         if !ELLIPSE {
             let back = radial(x + y);
             return [back, back];
@@ -210,14 +209,14 @@ impl Patch {
                 let (old_along, old_across) = (self.along[i][j], self.across[i][j]);
                 let mut u = (old_along + carried * entering_along[j] - slip_along * dt) * keep;
                 let mut v = (old_across + carried * entering_across[j] - slip_across * dt) * keep;
-                // Sliding bristles meet the slip half a step ahead.
-                let sliding = limit.saturation(stiffness * u, stiffness * v) > 1.0;
-                u -= if sliding { ahead_along - ahead_turn * eta } else { 0.0 };
-                v -= if sliding { ahead_across + ahead_turn * xi } else { 0.0 };
-                // Back to the friction ellipse.
-                let [back_along, back_across] = limit.back::<ELLIPSE>(stiffness * u, stiffness * v);
-                u *= back_along;
-                v *= back_across;
+                // Back to the friction ellipse, for those that slide, which meet the slip half a step ahead.
+                if limit.saturation(stiffness * u, stiffness * v) > 1.0 {
+                    u -= ahead_along - ahead_turn * eta;
+                    v -= ahead_across + ahead_turn * xi;
+                    let [back_along, back_across] = limit.back::<ELLIPSE>(stiffness * u, stiffness * v);
+                    u *= back_along;
+                    v *= back_across;
+                }
                 // Damping of the bristle's own motion, again inside the ellipse.
                 let mut f = stiffness * (u + damping * (u - old_along));
                 let mut g = stiffness * (v + damping * (v - old_across));
