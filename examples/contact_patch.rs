@@ -155,7 +155,7 @@ fn record(folder: &Path, scene: &Scene) -> Result<(), Box<dyn Error>> {
     let recording = Recording::create(&folder.join("recording.rrd"), &outline, scene)?;
     for (protocol, label) in protocols.into_iter().zip(&labels) {
         let mut recorder = recording.run(label, Detail::Full);
-        let task = Task { name: protocol.kind().to_owned(), protocol, speed: None, turn_rate: None };
+        let task = Task::new(protocol.kind(), protocol);
         drive::run(scene, &task, 1, Some(&mut recorder), &AtomicBool::new(false))?;
     }
     recording

@@ -46,7 +46,8 @@
 //! Reading order is data order. Two wings, simulation and inference, meet at one waist, the dataset.
 //!
 //! - Ground floor, plain data without an engine: [`geometry`], [`odometry`], [`dataset`] (the waist), [`import`] (a real
-//!   robot's recordings → dataset), [`scene`], [`effect`] (every cause that a model may leave out).
+//!   robot's recordings → dataset), [`scene`], [`effect`] (every cause that a model may leave out),
+//!   [`table`] (rows under named columns, and their file).
 //! - Simulation wing: [`world`] (scene → rapier, one step at a time), [`drive`] (protocols, the driver, one run).
 //! - Inference wing: [`calibrate`], [`diagnose`] (which causes a model leaves out, from a forward model handed in).
 //! - Compositions and outlets: [`experiment`], [`report`], `recording` (feature `recording`), [`cli`].
@@ -58,7 +59,8 @@
 //! 1. `calibrate` and `diagnose` import neither `world` nor `drive`: they see data, never a simulated truth.
 //! 2. The driver receives ticks, never poses.
 //! 3. A third party stays in its room: rapier and parry in `world`, `urdf_rs` in `scene`, `mcap` and `cdr_encoding` in
-//!    `import`, rerun in `recording`, plotters in `report`, clap and anyhow in `cli` and `main`.
+//!    `import`, parquet in `table`, rerun in `recording`, plotters and maud in `report`, clap and anyhow in `cli` and
+//!    `main`.
 //! 4. A [`Scene`](scene::Scene) is immutable and complete: the same scene, protocol and seed give the same bits. Set-up
 //!    and running state are two types (`Scene` → `World`, `Protocol` → `Driver`), so runs go side by side on threads.
 //!
@@ -97,4 +99,5 @@ pub mod recording;
 pub mod report;
 pub mod scene;
 pub mod strict;
+pub mod table;
 pub mod world;

@@ -27,14 +27,16 @@ impl std::error::Error for TomlProblem {}
 /// Parses `text`.
 pub(crate) fn parse<T: DeserializeOwned>(text: &str) -> Result<T, TomlProblem> {
     toml::from_str(text).map_err(|source| {
-        let before = &text[..source.span().map_or(0, |span| span.start.min(text.len()))];
-        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
-        TomlProblem {
-            line: before.matches('\n').count() + 1,
-            column: before[line_start..].chars().count() + 1,
-            source: Box::new(source),
-        }
+        let (line, column) = place(text, source.span().map_or(0, |span| span.start));
+        TomlProblem { line, column, source: Box::new(source) }
     })
+}
+
+/// Line and column, from 1, of the byte at `offset` of `text`.
+pub(crate) fn place(text: &str, offset: usize) -> (usize, usize) {
+    let before = &text[..offset.min(text.len())];
+    let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+    (before.matches('\n').count() + 1, before[line_start..].chars().count() + 1)
 }
 
 fn ranged<'de, D: Deserializer<'de>>(

@@ -1,9 +1,9 @@
 //! `treadmark calibrate`: datasets → corrections, scored, and parameters to paste.
 
-use super::options;
+use super::{options, output};
 use crate::calibrate::{self, Training};
 use crate::dataset::Dataset;
-use crate::report::{json::CalibrationJson, ros2, text};
+use crate::report::{json::CalibrationJson, page, ros2, text};
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
@@ -23,6 +23,9 @@ pub(super) struct Arguments {
     /// Write the best method's parameters for ROS 2's diff_drive_controller to a new file
     #[arg(long, value_name = "FILE")]
     ros2: Option<PathBuf>,
+    /// New folder for a report
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
     /// Print JSON on stdout, and nothing else there
     #[arg(long)]
     json: bool,
@@ -55,12 +58,25 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             write_new(file, &yaml)?;
         }
     }
+    let folder = arguments.out.as_deref().map(|path| output::folder(Some(path), "calibration")).transpose()?;
+    if let Some(folder) = &folder {
+        let data: Vec<PathBuf> = arguments.datasets.iter().chain(&arguments.hold_out).cloned().collect();
+        let title = format!("Calibration of {}", training.name);
+        let provenance = output::provenance(None, &data)?;
+        let page = page::calibration::page(title, &training, hold_out.as_ref(), &calibration, provenance);
+        output::report(folder, &page)?;
+        let json = serde_json::to_string_pretty(&CalibrationJson::from(&calibration))?;
+        output::write(&folder.join("calibration.json"), &json)?;
+    }
     if arguments.json {
         println!("{}", serde_json::to_string_pretty(&CalibrationJson::from(&calibration))?);
     } else {
         print!("{}", text::calibration(&calibration));
         if let Some(file) = &arguments.ros2 {
             println!("ROS 2 parameters are in {}", file.display());
+        }
+        if let Some(folder) = &folder {
+            println!("{}", output::where_to_look(folder));
         }
     }
     Ok(())

@@ -1,8 +1,10 @@
 //! `treadmark challenge`: hidden effects, drawn for others or scored.
 
 use super::options::{SceneOptions, set_threads};
+use super::output;
 use super::watch::stop_on_ctrl_c;
-use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, score};
+use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, Simulator, score};
+use crate::report::challenge as report;
 use clap::{Args, ValueEnum};
 
 /// Arguments of `treadmark challenge`.
@@ -59,11 +61,12 @@ fn range(text: &str) -> Result<(u64, u64), String> {
     }
 }
 
-/// Scores a range of seeds.
+/// Draws a campaign, or scores a range of seeds.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     set_threads(arguments.scene.threads)?;
     let mut scene = arguments.scene.scene()?;
-    scene.time_step = scene.time_step.max(2.5e-3);
+    // The step that the diagnosis simulates with: another one would be a mismatch of its own.
+    scene.time_step = scene.time_step.max(Simulator::TIME_STEP);
     let stop = stop_on_ctrl_c();
     let challenge = Challenge {
         seed: arguments.scene.seed,
@@ -84,25 +87,19 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         },
         mismatch: arguments.mismatch,
     };
-    let mut watch = |scored: &Scored| {
-        eprintln!(
-            "{:>5} {:?} | truth: {} | δ {:.1} | oracle: {} | answer: {} | {:.1} s",
-            scored.seed,
-            scored.tally,
-            scored.truth.join(" & "),
-            scored.strength,
-            scored.oracle_set.join(","),
-            scored.answer,
-            scored.seconds
-        );
-    };
-    let result = score(&scene, challenge, arguments.seeds.0..arguments.seeds.1, &mut watch, stop)?;
-    let mut counts = std::collections::BTreeMap::new();
-    for scored in &result.draws {
-        *counts.entry(format!("{:?}", scored.tally)).or_insert(0) += 1;
+    if !arguments.score {
+        let draw = challenge.draw(&scene, stop)?;
+        let folder = output::folder(arguments.scene.out.as_deref(), "challenge")?;
+        draw.write(&folder)?;
+        println!("a campaign with something hidden is in {}; the truth is in truth.json there", folder.display());
+        return Ok(());
     }
-    let covered: Vec<bool> = result.draws.iter().flat_map(|scored| scored.covered.clone()).collect();
-    println!("{counts:?} nameable {}", result.oracle_nameable);
-    println!("coverage {}/{}", covered.iter().filter(|c| **c).count(), covered.len());
+    let mut watch = |scored: &Scored| eprintln!("{}", report::line(scored));
+    let result = score(&scene, challenge, arguments.seeds.0..arguments.seeds.1, &mut watch, stop)?;
+    if arguments.scene.json {
+        println!("{:#}", report::json(&result));
+    } else {
+        println!("{}", report::text(&result));
+    }
     Ok(())
 }

@@ -7,7 +7,7 @@ use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
 use crate::effect::{Cause, ExtendedModel, load_scene};
 use crate::experiment::Simulator;
-use crate::report::{diagnosis, json::DiagnosisJson};
+use crate::report::{diagnosis, json::DiagnosisJson, page};
 use crate::scene::{ROBOTS, WORLDS};
 use anyhow::Context;
 use clap::Args;
@@ -44,6 +44,9 @@ pub(super) struct Arguments {
     /// New folder for results (default: a new numbered one under recordings/)
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Do not write a recording
+    #[arg(long)]
+    no_recording: bool,
     /// Print JSON on stdout, and nothing else there
     #[arg(long)]
     json: bool,
@@ -93,6 +96,17 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let model = std::path::absolute(&model).with_context(|| model.display().to_string())?;
     let json = serde_json::to_string_pretty(&DiagnosisJson::new(&found, gain.as_ref(), &model))?;
     std::fs::write(folder.join("diagnosis.json"), &json).with_context(|| folder.display().to_string())?;
+    let data: Vec<PathBuf> = arguments.datasets.iter().chain(&arguments.hold_out).cloned().collect();
+    let title = format!("What {} gets wrong about {}", given.robot.name, datasets[0].campaign.name);
+    #[cfg(feature = "recording")]
+    if !arguments.no_recording {
+        let result = diagnosis::markdown(&found, gain.as_ref());
+        crate::recording::diagnosis(&folder.join(output::RECORDING), &title, &found, &given, &result)?;
+    }
+    #[cfg(not(feature = "recording"))]
+    output::note_missing_recording(arguments.no_recording);
+    let provenance = output::provenance(None, &data)?;
+    output::report(&folder, &page::diagnosis::page(title, &found, gain.as_ref(), &extended.to_toml(), provenance))?;
     let report = diagnosis::diagnosis(&found, gain.as_ref());
     std::fs::write(folder.join("report.txt"), &report).with_context(|| folder.display().to_string())?;
     if arguments.json {

@@ -5,7 +5,7 @@ use super::output;
 use super::watch::{Watcher, progress_bar, stop_on_ctrl_c};
 use crate::drive::Observer;
 use crate::experiment::{self, Experiment, Plan, StageRun};
-use crate::report::{json::ExperimentJson, text};
+use crate::report::{json::ExperimentJson, page, text};
 use crate::scene::Scene;
 use clap::Args;
 use std::path::Path;
@@ -44,6 +44,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     watcher.progress.finish_and_clear();
     let result = result?;
     let recorded = recorder.finish(&result);
+    let title = format!("{} on {}: squares before and after calibration", scene.robot.name, scene.floor.name);
+    output::report(&folder, &page::experiment::page(title, &result, output::provenance(Some(plan.seed), &[])?))?;
 
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&ExperimentJson::new(&scene.robot.name, plan.seed, &result))?);

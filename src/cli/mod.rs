@@ -13,8 +13,13 @@ mod import;
 mod init;
 mod options;
 mod output;
+mod power;
+mod predict;
 #[cfg(feature = "recording")]
 mod record;
+mod report;
+mod sweep;
+mod table_one;
 mod watch;
 
 use crate::report::text;
@@ -48,10 +53,20 @@ enum Command {
     Calibrate(calibrate::Arguments),
     /// Show what a model gets wrong about measured data, name the cause, extend the model, measure the gain
     Diagnose(diagnose::Arguments),
+    /// Predict end poses and poses on the way for data without any survey
+    Predict(predict::Arguments),
+    /// Say what a campaign could show, before anyone drives it
+    Power(power::Arguments),
+    /// Search the catalogue for what made Table I of Bei, Ping & Gao possible
+    TableOne(table_one::Arguments),
     /// Hide effects in simulated campaigns, and score how the diagnosis finds them
     Challenge(challenge::Arguments),
+    /// Do one thing at many points of a plan, on every core or in shards on a cluster, into one Parquet table
+    Sweep(sweep::Arguments),
     /// Hold a robot's simulation against closed forms, mirror images, shorter steps and balances; exit code 1 if one fails
     Certify(certify::Arguments),
+    /// Write a report of a folder of results again, or one of a dataset, as one HTML file
+    Report(report::Arguments),
     /// List the calibration methods, with source, needs and blind spots
     Methods,
     /// List the effects: every cause that a diagnosis can name and that --set puts into a scene
@@ -83,8 +98,13 @@ impl Cli {
             Some(Command::Check(arguments)) => return check::run(&arguments),
             Some(Command::Calibrate(arguments)) => calibrate::run(&arguments)?,
             Some(Command::Diagnose(arguments)) => diagnose::run(&arguments)?,
+            Some(Command::Predict(arguments)) => predict::run(&arguments)?,
+            Some(Command::Power(arguments)) => power::run(&arguments)?,
+            Some(Command::TableOne(arguments)) => table_one::run(&arguments)?,
             Some(Command::Challenge(arguments)) => challenge::run(&arguments)?,
+            Some(Command::Sweep(arguments)) => sweep::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
+            Some(Command::Report(arguments)) => report::run(&arguments)?,
             Some(Command::Methods) => print!("{}", text::methods()),
             Some(Command::Effects(arguments)) => effects::run(&arguments)?,
         }

@@ -84,12 +84,16 @@ impl Condition {
 
 /// Readings of one run that take part: enough to see what happens along the way, few enough to be quick with.
 const MOST_READINGS: usize = 40;
+/// Readings of all runs together, as far as each keeps its share of at least a fifth.
+const READINGS: usize = 2000;
 
 /// The runs of `datasets` that have anything to say: an end pose or poses, and a way to predict them. Names of those left
 /// out come with the reason.
 pub(super) fn cases(datasets: &[Dataset], fallback: &OdometryParameters) -> (Vec<Case>, Vec<String>) {
     let mut cases = Vec::new();
     let mut left_out = Vec::new();
+    let runs: usize = datasets.iter().map(|dataset| dataset.runs.len()).sum();
+    let most = (READINGS / runs.max(1)).clamp(MOST_READINGS / 5, MOST_READINGS);
     for dataset in datasets {
         let counted = dataset.campaign.odometry.unwrap_or(*fallback);
         let counted = OdometryParameters {
@@ -114,7 +118,7 @@ pub(super) fn cases(datasets: &[Dataset], fallback: &OdometryParameters) -> (Vec
                 left_out.push(format!("{name}: without an encoder log, its way is not known"));
                 continue;
             }
-            let readings = readings(run, replayed);
+            let readings = readings(run, replayed, most);
             if readings.is_empty() {
                 left_out.push(format!("{name}: no pose was read"));
                 continue;
@@ -129,13 +133,13 @@ pub(super) fn cases(datasets: &[Dataset], fallback: &OdometryParameters) -> (Vec
 }
 
 /// The readings that take part. Poses on the way need an encoder log, which tells when the robot was where.
-fn readings(run: &Run, replayed: bool) -> Vec<Reading> {
+fn readings(run: &Run, replayed: bool, most: usize) -> Vec<Reading> {
     if let (true, Some(log)) = (replayed, run.poses.as_ref().filter(|log| log.time.len() > 2)) {
         let encoders = run.encoders.as_ref().expect("a replayed run has a log");
         let (first, last) = (encoders.time[0] - 0.5, encoders.time[encoders.len() - 1] + 0.5);
         let overlap: Vec<usize> = (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
         if overlap.len() > 2 {
-            let rows = overlap.len().min(MOST_READINGS);
+            let rows = overlap.len().min(most);
             return (1..=rows)
                 .map(|k| {
                     let row = overlap[k * overlap.len() / rows - 1];

@@ -1,7 +1,6 @@
 //! What an extension is worth: errors before and after on runs that took no part in the choice or the fit.
 
 use super::case::Condition;
-use super::search::Ranking;
 use super::verdict::chosen;
 use super::{DiagnoseError, Study};
 use crate::dataset::Protocol;
@@ -94,12 +93,9 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         if study.counts.iter().all(|count| *count == 0.0) {
             continue;
         }
-        if study.options.noise.is_none() {
-            study.learn_noise();
-        }
+        let known = study.search();
         let at = {
             let problem = study.problem(study.counts.clone());
-            let known = Ranking::search(&problem, &study.known_variants(), study.options.most_causes);
             let empirical = study.empirical_ranking(&problem, &known);
             chosen(&known, empirical.as_ref()).0.fit.at.clone()
         };

@@ -102,19 +102,17 @@ impl Problem<'_> {
     /// Residuals at `at` and sensitivities along `axes` there.
     pub fn linearise(&self, at: &Coordinates, axes: &[Axis]) -> Linearised {
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
-        let shifted: Vec<(Vec<(Axis, f64)>, crate::scene::Survey, f64)> = axes
-            .iter()
-            .map(|&axis| {
-                let step = self.step(axis);
-                let mut moved = at.to_vec();
-                match moved.iter_mut().find(|(known, _)| *known == axis) {
-                    Some((_, value)) => *value += step,
-                    None => moved.push((axis, step)),
-                }
-                let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);
-                (moved, survey, step)
-            })
-            .collect();
+        let shift = |&axis: &Axis| {
+            let step = self.step(axis);
+            let mut moved = at.to_vec();
+            match moved.iter_mut().find(|(known, _)| *known == axis) {
+                Some((_, value)) => *value += step,
+                None => moved.push((axis, step)),
+            }
+            let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);
+            (moved, survey, step)
+        };
+        let shifted: Vec<_> = axes.iter().map(shift).collect();
         let mut residuals: Vec<DVector<f64>> = self.cases.iter().map(|_| DVector::zeros(0)).collect();
         let mut columns = Vec::with_capacity(self.clusters.len());
         for (index, cluster) in self.clusters.iter().enumerate() {

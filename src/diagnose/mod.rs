@@ -2,10 +2,10 @@
 //!
 //! A diagnosis sees [`Dataset`]s and a [`ForwardModel`], and nothing of a simulation (invariant 1). In order:
 //!
-//! 1. Every run is predicted by the model as given: a replay of its log, or its protocol as driven ([`forward`]).
-//! 2. What runs of one kind differ by is noise; its sizes are learnt from them ([`noise`]).
-//! 3. What every cause of the catalogue would do to the way of each run is simulated once ([`surrogate`]).
-//! 4. Sets of none, one and several causes are fitted and ranked by evidence ([`search`], [`linear`]).
+//! 1. Every run is predicted by the model as given: a replay of its log, or its protocol as driven (`forward`).
+//! 2. What runs of one kind differ by is noise; its sizes are learnt from them (`noise`).
+//! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`).
+//! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`).
 //! 5. The best is simulated again where it is best, and what stands is named, with what cannot be told from it.
 
 mod case;
@@ -154,9 +154,7 @@ impl<'m> Study<'m> {
             observed,
             left_out,
         };
-        if study.options.noise.is_none() {
-            study.learn_noise();
-        }
+        study.noise = study.options.noise.unwrap_or(study.noise);
         Ok(study)
     }
 
@@ -172,9 +170,8 @@ impl<'m> Study<'m> {
         Library::of_surrogate(&self.surrogate, &self.cases, &self.clusters)
     }
 
-    /// Sizes of the noise from what repeated runs differ by.
-    fn learn_noise(&mut self) {
-        let problem = self.problem(self.counts.clone());
+    /// Sizes of the noise from what repeated runs differ by, or from what `at` leaves where too little repeats.
+    fn learn_noise(&mut self, at: &[(variant::Axis, f64)]) {
         let clusters: Vec<Cluster> = self
             .clusters
             .iter()
@@ -183,17 +180,48 @@ impl<'m> Study<'m> {
                 Cluster { runs, ..cluster.clone() }
             })
             .collect();
-        let deviations: Vec<DVector<f64>> = {
-            let mut deviations: Vec<DVector<f64>> = self.observed.clone();
-            for (index, cluster) in self.clusters.iter().enumerate() {
+        let repeats = self.repeats();
+        let spreads = {
+            let problem = self.problem(self.counts.clone());
+            let at = if repeats { &[] } else { at };
+            let mut off: Vec<DVector<f64>> = self.observed.clone();
+            for (index, cluster) in clusters.iter().enumerate() {
                 for &run in &cluster.runs {
-                    deviations[run] = &self.observed[run] - problem.predict(index, run, &[]);
+                    off[run] = &self.observed[run] - problem.predict(index, run, at);
                 }
             }
-            deviations
+            if repeats { noise::of_repeats(&clusters, &off) } else { noise::of_residuals(&clusters, &off) }
         };
         let on_the_way = self.cases.iter().any(|case| case.frame_stamp.is_some());
-        self.noise = noise::learn(self.prior_noise, &clusters, &self.shapes, &deviations, on_the_way);
+        let widths = if repeats { noise::KNOWN } else { noise::HARDLY_KNOWN };
+        self.noise = noise::learn(self.prior_noise, &spreads, &self.shapes, widths, on_the_way);
+    }
+
+    /// Whether enough runs repeat one another to tell noise by.
+    fn repeats(&self) -> bool {
+        let active = |runs: &[usize]| runs.iter().filter(|&&run| self.counts[run] > 0.0).count();
+        let free: usize = self.clusters.iter().map(|cluster| active(&cluster.runs).saturating_sub(1)).sum();
+        free >= 2 && 4 * free >= active(&(0..self.cases.len()).collect::<Vec<_>>())
+    }
+
+    /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
+    fn search(&mut self) -> search::Ranking {
+        let allowed = self.known_variants();
+        let learns = self.options.noise.is_none();
+        if learns && self.repeats() {
+            self.learn_noise(&[]);
+        }
+        let most = self.options.most_causes;
+        let mut ranking = search::Ranking::search(&self.problem(self.counts.clone()), &allowed, most);
+        let runs = self.counts.iter().filter(|count| **count > 0.0).count();
+        if learns && !self.repeats() && runs > 3 {
+            for _ in 0..3 {
+                let at = ranking.best().fit.at.clone();
+                self.learn_noise(&at);
+                ranking = search::Ranking::search(&self.problem(self.counts.clone()), &allowed, most);
+            }
+        }
+        ranking
     }
 
     fn problem(&self, counts: Vec<f64>) -> Problem<'_> {
@@ -216,17 +244,15 @@ impl<'m> Study<'m> {
     /// # Errors
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
-        let allowed = self.known_variants();
-        let everyone = self.counts.clone();
-        let mut ranking = search::Ranking::search(&self.problem(everyone.clone()), &allowed, self.options.most_causes);
+        let mut ranking = self.search();
         // The stand-in is made exact where the leading answers are, and asked again.
         for _ in 0..2 {
             if !self.refine(&ranking)? {
                 break;
             }
-            ranking = search::Ranking::search(&self.problem(everyone.clone()), &allowed, self.options.most_causes);
+            ranking = self.search();
         }
-        let empirical = self.empirical_ranking(&self.problem(everyone), &ranking);
+        let empirical = self.empirical_ranking(&self.problem(self.counts.clone()), &ranking);
         let mut diagnosis = verdict::judge(self, &ranking, empirical.as_ref());
         diagnosis.next_experiment = self.next_experiment(&ranking, &diagnosis)?;
         Ok(diagnosis)
@@ -304,6 +330,12 @@ impl<'m> Study<'m> {
     /// What these data could not show.
     pub fn blind(&self) -> Vec<Blind> {
         verdict::blind(self)
+    }
+
+    /// Pairs of effects whose responses these data cannot keep apart, with the angle between the whitened responses \[rad\]:
+    /// the smallest principal angle of their spans [Björck & Golub 1973, *Math. Comp.* 27].
+    pub fn alike(&self) -> Vec<(String, String, f64)> {
+        verdict::alike(self)
     }
 
     /// Strength of the whole misfit: the root of Σ of squared whitened residuals of the model as given.

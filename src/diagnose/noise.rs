@@ -8,6 +8,7 @@ use super::surrogate::Way;
 use crate::geometry::Pose2;
 use crate::scene::{Scatter, Survey};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
 /// Sizes of the noise.
@@ -27,8 +28,6 @@ pub struct NoiseModel {
 
 /// Shapes of one cluster's covariance, each for a size of 1.
 pub(super) struct Shapes {
-    /// Readings that a run of it has, flattened.
-    pub rows: usize,
     position: DMatrix<f64>,
     heading: DMatrix<f64>,
     start_position: DMatrix<f64>,
@@ -139,7 +138,6 @@ impl Shapes {
             DMatrix::from_diagonal(&column(&|_, part| if which(part) { 1.0 } else { 0.0 }))
         };
         Shapes {
-            rows,
             position: diagonal(&|part| part < 2),
             heading: diagonal(&|part| part == 2),
             start_position: outer(&[start_x, start_y]),
@@ -191,41 +189,57 @@ impl Shapes {
     }
 }
 
-/// Sizes under which the repeated runs' deviations from their means are likeliest. `deviations` are readings less
-/// predictions, one vector a run.
+/// What runs stray by, cluster by cluster: a column a run, and how many of them are free.
+pub(super) struct Spread {
+    cluster: usize,
+    free: f64,
+    off: DMatrix<f64>,
+}
+
+/// Spread of repeated runs about their means. `deviations` are readings less predictions, one vector a run.
+pub(super) fn of_repeats(clusters: &[Cluster], deviations: &[DVector<f64>]) -> Vec<Spread> {
+    let repeated = clusters.iter().enumerate().filter(|(_, cluster)| cluster.runs.len() > 1);
+    let spreads = repeated.map(|(index, cluster)| {
+        let count = cluster.runs.len() as f64;
+        let rows = deviations[cluster.reference].len();
+        let mean = cluster.runs.iter().fold(DVector::zeros(rows), |sum, &run| sum + &deviations[run]) / count;
+        let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| &deviations[run] - &mean).collect();
+        Spread { cluster: index, free: count - 1.0, off: DMatrix::from_columns(&off) }
+    });
+    spreads.collect()
+}
+
+/// Spread of all runs about what a hypothesis predicts, for campaigns that repeat nothing.
+pub(super) fn of_residuals(clusters: &[Cluster], residuals: &[DVector<f64>]) -> Vec<Spread> {
+    let spreads =
+        clusters.iter().enumerate().filter(|(_, cluster)| !cluster.runs.is_empty()).map(|(index, cluster)| {
+            let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| residuals[run].clone()).collect();
+            Spread { cluster: index, free: cluster.runs.len() as f64, off: DMatrix::from_columns(&off) }
+        });
+    spreads.collect()
+}
+
+/// Widths of the priors on the logarithms of the sizes: a survey is known to a third, a floor within a factor of two or so.
+pub(super) const KNOWN: [f64; 5] = [0.3, 0.3, 0.7, 0.7, 0.7];
+/// The same where nothing repeats, and noise stands for all that a model leaves.
+pub(super) const HARDLY_KNOWN: [f64; 5] = [1.5; 5];
+/// Clock offsets that are tried from run to run \[s\].
+const CLOCKS: [f64; 4] = [0.005, 0.015, 0.04, 0.1];
+/// ln of the likelihood ratio that speaks for clocks that differ from run to run.
+const CLOCK_EVIDENCE: f64 = 5.0;
+
+/// Sizes under which `spreads` are likeliest, with normal priors of these widths on their logarithms about `prior`.
 pub(super) fn learn(
     prior: NoiseModel,
-    clusters: &[Cluster],
+    spreads: &[Spread],
     shapes: &[Shapes],
-    deviations: &[DVector<f64>],
+    widths: [f64; 5],
     on_the_way: bool,
 ) -> NoiseModel {
-    let repeated: usize = clusters.iter().map(|cluster| cluster.runs.len().saturating_sub(1)).sum();
-    if repeated < 2 {
+    if spreads.iter().map(|spread| spread.free).sum::<f64>() < 2.0 {
         return prior;
     }
-    // Scatter of each repeated cluster: Σ (r − r̄)(r − r̄)ᵀ.
-    let spreads: Vec<(usize, f64, DMatrix<f64>)> = clusters
-        .iter()
-        .enumerate()
-        .filter(|(_, cluster)| cluster.runs.len() > 1)
-        .map(|(index, cluster)| {
-            let count = cluster.runs.len() as f64;
-            let mean = cluster
-                .runs
-                .iter()
-                .map(|&run| &deviations[run])
-                .fold(DVector::zeros(shapes[index].rows), |sum, deviation| sum + deviation)
-                / count;
-            let mut spread = DMatrix::zeros(mean.len(), mean.len());
-            for &run in &cluster.runs {
-                let off = &deviations[run] - &mean;
-                spread.ger(1.0, &off, &off, 1.0);
-            }
-            (index, count - 1.0, spread)
-        })
-        .collect();
-    let sizes = |logs: &[f64; 5], correlation_time: f64| NoiseModel {
+    let sizes = |logs: &[f64; 5], correlation_time: f64, clock_std: f64| NoiseModel {
         position_std: prior.position_std * logs[0].exp(),
         heading_std: prior.heading_std * logs[1].exp(),
         correlation_time,
@@ -234,67 +248,79 @@ pub(super) fn learn(
             heading_per_sqrt_metre: prior.scatter.heading_per_sqrt_metre * logs[3].exp(),
             distance: prior.scatter.distance * logs[4].exp(),
         },
-        clock_std: prior.clock_std,
+        clock_std,
     };
-    // Widths of the priors on the logarithms: a survey is known to a third, a floor within a factor of two or so.
-    const WIDTHS: [f64; 5] = [0.3, 0.3, 0.7, 0.7, 0.7];
-    let cost = |logs: &[f64; 5], correlation_time: f64| -> f64 {
-        let noise = sizes(logs, correlation_time);
+    let cost = |logs: &[f64; 5], correlation_time: f64, clock_std: f64| -> f64 {
+        let noise = sizes(logs, correlation_time, clock_std);
         let fit: f64 = spreads
-            .iter()
-            .map(|(index, dof, spread)| {
-                let factor = shapes[*index].factor(&noise);
+            .par_iter()
+            .map(|Spread { cluster, free, off }| {
+                let factor = shapes[*cluster].factor(&noise);
                 let log_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
-                0.5 * dof * log_det + 0.5 * factor.solve(spread).trace()
+                let mut white = off.clone();
+                factor.l_dirty().solve_lower_triangular_mut(&mut white);
+                0.5 * free * log_det + 0.5 * white.norm_squared()
             })
+            .collect::<Vec<f64>>()
+            .into_iter()
             .sum();
-        fit + logs.iter().zip(WIDTHS).map(|(log, width)| 0.5 * (log / width).powi(2)).sum::<f64>()
+        fit + logs.iter().zip(widths).map(|(log, width)| 0.5 * (log / width).powi(2)).sum::<f64>()
     };
     let times: &[f64] = if on_the_way { &[0.0, 0.3, 1.0, 3.0] } else { &[0.0] };
-    let mut best = ([0.0; 5], 0.0, f64::INFINITY);
-    for &time in times {
-        let value = cost(&best.0, time);
-        if value < best.2 {
-            best = (best.0, time, value);
+    let mut best = ([0.0; 5], 0.0, 0.0);
+    let mut least = f64::INFINITY;
+    let consider = |candidate: ([f64; 5], f64, f64), least: &mut f64, best: &mut ([f64; 5], f64, f64)| {
+        let value = cost(&candidate.0, candidate.1, candidate.2);
+        if value < *least {
+            (*least, *best) = (value, candidate);
         }
-    }
-    // Coordinate-wise golden steps: five smooth logarithms, near their prior.
-    let mut step = [0.5; 5];
-    for _ in 0..6 {
-        for index in 0..5 {
-            for sign in [1.0, -1.0] {
-                let mut logs = best.0;
-                logs[index] += sign * step[index];
-                let value = cost(&logs, best.1);
-                if value < best.2 {
-                    best = (logs, best.1, value);
-                    break;
+        value
+    };
+    // Coordinate by coordinate, a parabola through three points each: five smooth logarithms, near their prior.
+    let mut without_clocks = f64::INFINITY;
+    let mut plain = best;
+    for clocks in [false, true] {
+        if clocks {
+            (without_clocks, plain) = (least, best);
+            if !on_the_way {
+                break;
+            }
+            for clock in CLOCKS {
+                consider((best.0, best.1, clock), &mut least, &mut best);
+            }
+            if best.2 == 0.0 {
+                break;
+            }
+        }
+        let mut step = 0.7;
+        for _ in 0..4 {
+            for &time in times {
+                consider((best.0, time, best.2), &mut least, &mut best);
+            }
+            for index in 0..5 {
+                let (middle, here) = (best, least);
+                let around = [-step, step].map(|off| {
+                    let mut logs = middle.0;
+                    logs[index] += off;
+                    consider((logs, middle.1, middle.2), &mut least, &mut best)
+                });
+                let curvature = around[0] - 2.0 * here + around[1];
+                if curvature > 0.0 {
+                    let mut logs = middle.0;
+                    logs[index] += (0.5 * step * (around[0] - around[1]) / curvature).clamp(-2.0 * step, 2.0 * step);
+                    consider((logs, middle.1, middle.2), &mut least, &mut best);
                 }
             }
-            // A parabola through three points finds the place between them.
-            let around = [-step[index], 0.0, step[index]].map(|off| {
-                let mut logs = best.0;
-                logs[index] += off;
-                if off == 0.0 { best.2 } else { cost(&logs, best.1) }
-            });
-            let curvature = around[0] - 2.0 * around[1] + around[2];
-            if curvature > 0.0 {
-                let off = (0.5 * step[index] * (around[0] - around[2]) / curvature).clamp(-step[index], step[index]);
-                let mut logs = best.0;
-                logs[index] += off;
-                let value = cost(&logs, best.1);
-                if value < best.2 {
-                    best = (logs, best.1, value);
+            if best.2 > 0.0 {
+                for factor in [0.7, 1.4] {
+                    consider((best.0, best.1, best.2 * factor), &mut least, &mut best);
                 }
             }
-            step[index] *= 0.6;
-        }
-        for &time in times {
-            let value = cost(&best.0, time);
-            if value < best.2 {
-                best = (best.0, time, value);
-            }
+            step *= 0.6;
         }
     }
-    sizes(&best.0, best.1)
+    if best.2 > 0.0 && least > without_clocks - CLOCK_EVIDENCE {
+        best = plain;
+    }
+    sizes(&best.0, best.1, best.2)
 }

@@ -84,24 +84,21 @@ impl Ranking {
             seeds.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
             seeds.truncate(BEAM);
             // What one more cause promises, by a linear look from each seed.
-            let promises: Vec<(f64, Set, Vec<(Axis, f64)>)> =
-                seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
+            let promises: Vec<Promise> = seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
             let best_so_far = known.values().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
-            let mut wanted: BTreeMap<Set, (f64, Vec<(Axis, f64)>)> = BTreeMap::new();
-            for (promise, set, start) in promises {
-                if promise < best_so_far - WORTH || known.contains_key(&set) {
-                    continue;
-                }
-                let entry = wanted.entry(set).or_insert((f64::NEG_INFINITY, Vec::new()));
-                if promise > entry.0 {
-                    *entry = (promise, start);
+            // The best promise of each set.
+            let mut wanted: BTreeMap<Set, Promise> = BTreeMap::new();
+            for promise in promises {
+                let worth = promise.log_posterior >= best_so_far - WORTH && !known.contains_key(&promise.set);
+                if worth && wanted.get(&promise.set).is_none_or(|other| promise.log_posterior > other.log_posterior) {
+                    wanted.insert(promise.set.clone(), promise);
                 }
             }
-            let mut wanted: Vec<(Set, f64, Vec<(Axis, f64)>)> =
-                wanted.into_iter().map(|(set, (promise, start))| (set, promise, start)).collect();
-            wanted.sort_by(|a, b| b.1.total_cmp(&a.1));
+            let mut wanted: Vec<Promise> = wanted.into_values().collect();
+            wanted.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
             wanted.truncate(24);
-            let level: Vec<Hypothesis> = wanted.par_iter().map(|(set, _, start)| evaluate(set, start)).collect();
+            let level: Vec<Hypothesis> =
+                wanted.par_iter().map(|promise| evaluate(&promise.set, &promise.start)).collect();
             let best_of_level = level.iter().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
             known.extend(level.into_iter().map(|hypothesis| (hypothesis.set.clone(), hypothesis)));
             if best_of_level < best_so_far - 3.0 {
@@ -124,8 +121,16 @@ impl Ranking {
     }
 }
 
-/// Log posterior of `seed` and one more variant each, by a linear look from the seed's best coordinates.
-fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<(f64, Set, Vec<(Axis, f64)>)> {
+/// What a linear look expects of a set.
+struct Promise {
+    log_posterior: f64,
+    set: Set,
+    /// Where to begin its fit.
+    start: Vec<(Axis, f64)>,
+}
+
+/// What `seed` and one more variant each promise, by a linear look from the seed's best coordinates.
+fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<Promise> {
     let variants = problem.variants;
     let others: Vec<usize> = allowed.iter().copied().filter(|index| !seed.set.contains(index)).collect();
     let mut axes: Vec<Axis> = seed.fit.at.iter().map(|(axis, _)| *axis).collect();
@@ -169,7 +174,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
             let (with, solution) = linear_evidence(&columns);
             let mut set = seed.set.clone();
             set.insert(index);
-            let promise = seed.fit.log_evidence + with - of_seed + log_prior(variants, &set);
+            let log_posterior = seed.fit.log_evidence + with - of_seed + log_prior(variants, &set);
             let start = columns
                 .iter()
                 .zip(solution)
@@ -181,7 +186,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
                     (axis, here + step.clamp(-reach, reach))
                 })
                 .collect();
-            (promise, set, start)
+            Promise { log_posterior, set, start }
         })
         .collect()
 }

@@ -70,12 +70,6 @@ impl Variant {
         Variant { effect, choice, term: None, held, coordinates }
     }
 
-    /// A spot on the floor at a place in the room \[m\].
-    pub fn spot(x: f64, y: f64) -> Variant {
-        let effect = Effect::named("floor_grip_patch").expect("it is in the catalogue");
-        Variant { held: vec![(0, x), (1, y)], ..Variant::new(effect, String::new()) }
-    }
-
     /// A term of the body's twist without a cause; `std_dev` is what is plausible of its coefficient.
     pub fn empirical(part: TwistPart, feature: Feature, std_dev: f64) -> Variant {
         Variant {

@@ -182,6 +182,28 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking, empirical: Option<&Ran
     for &index in best.set.iter().filter(|_| !unexplained) {
         findings.push(finding(study, ranking, best, index, total));
     }
+    if study.noise.clock_std > 0.0 && !unexplained {
+        // Clocks that differ from run to run are learnt as noise; they are a cause all the same.
+        let spread = Found { name: "run_offset_std_s", value: study.noise.clock_std, std_dev: None };
+        match findings.iter_mut().find(|finding| finding.effect == "survey_time_offset") {
+            Some(finding) => {
+                if let Some(found) = finding.parameters.iter_mut().find(|found| found.name == spread.name) {
+                    *found = spread;
+                }
+            }
+            None => findings.push(Finding {
+                effect: "survey_time_offset",
+                choice: String::new(),
+                parameters: vec![
+                    Found { name: "offset_s", value: 0.0, std_dev: None },
+                    Found { name: "rate_minus_one", value: 0.0, std_dev: None },
+                    spread,
+                ],
+                probability: 1.0,
+                confounded_with: Vec::new(),
+            }),
+        }
+    }
     let verdict = if unexplained {
         Verdict::Unexplained
     } else if findings.is_empty() {
@@ -414,6 +436,49 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
         }
     }
     list
+}
+
+/// Responses closer than this are hardly kept apart: a response's own error turns it as far \[rad\].
+const ALIKE: f64 = 0.15;
+
+/// Pairs of variants of different effects whose whitened responses are nearly parallel.
+pub(super) fn alike(study: &Study<'_>) -> Vec<(String, String, f64)> {
+    let problem = study.problem(study.counts.clone());
+    let all: Set = study.known_variants().into_iter().collect();
+    let axes = axes_of(&study.variants, &all);
+    let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
+    let block = |a: usize, b: usize| {
+        let of = |variant: usize| -> Vec<usize> { (0..axes.len()).filter(|&k| axes[k].variant == variant).collect() };
+        let (rows, columns) = (of(a), of(b));
+        nalgebra::DMatrix::from_fn(rows.len(), columns.len(), |i, j| gram[(rows[i], columns[j])])
+    };
+    let shown = |variant: usize| {
+        let coordinates = &study.variants[variant].coordinates;
+        let own = block(variant, variant);
+        (0..coordinates.len()).any(|k| own[(k, k)].sqrt() * 3.0 * coordinates[k].std_dev > SHOWN)
+    };
+    let variants: Vec<usize> = all.iter().copied().filter(|&variant| shown(variant)).collect();
+    let mut pairs = Vec::new();
+    for (position, &one) in variants.iter().enumerate() {
+        for &other in &variants[position + 1..] {
+            if study.variants[one].effect == study.variants[other].effect {
+                continue;
+            }
+            // cos of the smallest principal angle: largest singular value of L₁⁻¹ G₁₂ L₂⁻ᵀ.
+            let factors = [one, other].map(|v| nalgebra::Cholesky::new(block(v, v)));
+            let [Some(first), Some(second)] = factors else { continue };
+            let mut between = block(one, other);
+            first.l_dirty().solve_lower_triangular_mut(&mut between);
+            let mut between = between.transpose();
+            second.l_dirty().solve_lower_triangular_mut(&mut between);
+            let cosine = between.singular_values().max().min(1.0);
+            if cosine.acos() < ALIKE {
+                pairs.push((study.variants[one].label(), study.variants[other].label(), cosine.acos()));
+            }
+        }
+    }
+    pairs.sort_by(|a, b| a.2.total_cmp(&b.2));
+    pairs
 }
 
 fn parameter_names(variant: &Variant) -> Vec<&'static str> {

@@ -1,7 +1,7 @@
 //! Hidden effects: a robot with something wrong, whose truth nothing but the scorer reads.
 
 use super::stage::campaign;
-use crate::dataset::{Dataset, Protocol, Rotation, Travel};
+use crate::dataset::{Dataset, DatasetError, Protocol, Rotation, Travel};
 use crate::drive::{self, DriveError, Task};
 use crate::effect::{Cause, EFFECTS, Effect, Prior};
 use crate::geometry::Pose2;
@@ -195,7 +195,7 @@ impl Challenge {
             EffectsKind::One => 1,
             EffectsKind::Two => 2,
             EffectsKind::Outside => return (Vec::new(), true),
-            EffectsKind::Mixed => usize::from(rng.next_u64() % 5 != 0),
+            EffectsKind::Mixed => usize::from(!rng.next_u64().is_multiple_of(5)),
         };
         let applicable: Vec<&'static Effect> = EFFECTS
             .iter()
@@ -212,6 +212,38 @@ impl Challenge {
             }
         }
         (causes, false)
+    }
+}
+
+impl Draw {
+    /// Writes the campaign to `folder` as a dataset, the clean campaign where there is one to `clean` in it, and what was
+    /// hidden to `truth.json`, which nothing but a scorer should read.
+    ///
+    /// # Errors
+    /// A file that cannot be written.
+    pub fn write(&self, folder: &std::path::Path) -> Result<(), DatasetError> {
+        self.dataset.write(folder)?;
+        if let Some(clean) = &self.clean_dataset {
+            clean.write(&folder.join("clean"))?;
+        }
+        let causes: Vec<serde_json::Value> = self
+            .causes
+            .iter()
+            .map(|cause| {
+                let mut table = serde_json::Map::new();
+                table.insert("effect".to_owned(), cause.effect.id.into());
+                for (parameter, value) in cause.effect.parameters.iter().zip(&cause.values) {
+                    table.insert(parameter.name.to_owned(), (*value).into());
+                }
+                if let Some(choice) = cause.effect.choice {
+                    table.insert(choice.key().to_owned(), cause.choice.clone().into());
+                }
+                table.into()
+            })
+            .collect();
+        let truth = serde_json::json!({"effects": causes, "outside": self.outside});
+        let file = folder.join("truth.json");
+        std::fs::write(&file, format!("{truth:#}\n")).map_err(|source| DatasetError::Write { path: file, source })
     }
 }
 
@@ -303,11 +335,11 @@ fn something_else(scene: &mut Scene, rng: &mut ChaCha8Rng) -> String {
             format!("wheel {} out of round by {:.1} %", scene.robot.wheels[wheel].name, 100.0 * amplitude)
         }
         _ => {
-            let part = if rng.next_u64() % 2 == 0 { TwistPart::Left } else { TwistPart::Yaw };
+            let part = if rng.next_u64().is_multiple_of(2) { TwistPart::Left } else { TwistPart::Yaw };
             let feature = [Feature::SpeedCosHeading, Feature::SpeedX, Feature::AbsYawRate, Feature::SpeedTime]
                 [(rng.next_u64() % 4) as usize];
-            let size = if part == TwistPart::Left { 0.01 } else { 0.01 };
-            let coefficient = size * (0.5 + uniform(rng)) * if rng.next_u64() % 2 == 0 { 1.0 } else { -1.0 };
+            let sign = if rng.next_u64().is_multiple_of(2) { 1.0 } else { -1.0 };
+            let coefficient = sign * (0.005 + 0.01 * uniform(rng));
             let term = EmpiricalTerm { part, feature, coefficient };
             scene.empirical.push(term);
             format!("a carpet that carries: {term}")

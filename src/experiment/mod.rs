@@ -3,13 +3,18 @@
 pub mod bench;
 pub mod certify;
 mod challenge;
+mod predict;
 mod score;
 mod simulator;
 mod squares;
 mod stage;
+pub mod sweep;
+mod table_one;
 
 pub use challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind};
-pub use score::{Score, ScoreError, Scored, Tally, score};
+pub use predict::predict;
+pub use score::{Score, ScoreError, Scored, Tally, planned, score};
 pub use simulator::Simulator;
 pub use squares::{Experiment, ExperimentError, MethodResult, Plan, squares};
 pub use stage::{SideResult, Stage, StageRun, Watch, campaign};
+pub use table_one::{Candidate, TABLE_ONE, TableOneError, table_one};

@@ -36,6 +36,8 @@ pub struct Scored {
     pub regret: Option<f64>,
     /// Smallest detectable sizes over the oracle's.
     pub detectable_ratio: Vec<f64>,
+    /// Held-out gain in position, and that of an oracle which predicts the truth; `None` where the response is too weak.
+    pub gain: Option<[f64; 2]>,
     /// Time that the diagnosis took \[s\].
     pub seconds: f64,
 }
@@ -115,6 +117,19 @@ pub fn score(
     Ok(Score { draws, oracle_nameable })
 }
 
+/// A campaign that nobody has driven: one run a condition without noise, and how many each stands for.
+///
+/// # Errors
+/// A run that cannot be driven.
+pub fn planned(
+    scene: &Scene,
+    kind: CampaignKind,
+    data: DataKind,
+    stop: &AtomicBool,
+) -> Result<(Dataset, Vec<usize>), DriveError> {
+    noise_free(scene, scene, kind, data, stop)
+}
+
 /// Responses of the robot as the diagnosis knows it, simulated once for all draws.
 fn library(simulator: &Simulator<'_>, kind: CampaignKind, data: DataKind) -> Result<Library, ScoreError> {
     use crate::diagnose::ForwardModel;
@@ -185,6 +200,7 @@ fn one(
         Study::new(std::slice::from_ref(&draw.dataset), &[], model, Options::default(), Some(library), &|_, _| {})?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
+    let held_out = study.gain()?;
     drop(study);
 
     // The oracle knows the world without what was hidden, its noise, and what was hidden without noise.
@@ -199,8 +215,32 @@ fn one(
     let options = Options { noise: Some(known), response_error: [0.0; 2], ..Options::default() };
     let truth_simulator = Simulator::new(&draw.clean, stop);
     let truth_model = if challenge.mismatch { &truth_simulator } else { simulator };
+    let of_oracle = oracle_error(&draw.dataset, &dataset);
     let oracle = Study::new(&[dataset], &[], truth_model, options, Some(library), &|_, _| {})?.repeated(&counts);
-    Ok(judge(&challenge, &draw, &diagnosis, &oracle, seconds))
+    let mut scored = judge(&challenge, &draw, &diagnosis, &oracle, seconds);
+    if scored.strength >= 5.0 && challenge.effects != EffectsKind::None {
+        scored.gain = held_out.map(|gain| {
+            let before = gain.position_before;
+            [1.0 - gain.position_after / before, 1.0 - of_oracle / before]
+        });
+    }
+    Ok(scored)
+}
+
+/// RMS distance of surveyed ends from the truth's without noise \[m\]: what an oracle leaves.
+fn oracle_error(measured: &Dataset, noise_free: &Dataset) -> f64 {
+    let mut squares = Vec::new();
+    for run in &measured.runs {
+        let alike = |known: &&Run| {
+            known.protocol == run.protocol && known.speed == run.speed && known.turn_rate == run.turn_rate
+        };
+        let all: Vec<&Run> = noise_free.runs.iter().filter(alike).collect();
+        let truth = all.iter().find(|known| known.started == run.started).or(all.first());
+        if let (Some(end), Some(truth)) = (run.end, truth.and_then(|truth| truth.end)) {
+            squares.push((end.x - truth.x).powi(2) + (end.y - truth.y).powi(2));
+        }
+    }
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
 /// The name that an effect goes by: friction across is the effective track on two axles.
@@ -337,6 +377,7 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
         set_size: answers.iter().map(Vec::len).max(),
         regret,
         detectable_ratio,
+        gain: None,
         seconds,
     }
 }

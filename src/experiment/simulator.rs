@@ -8,9 +8,6 @@ use crate::odometry::OdometryParameters;
 use crate::scene::Scene;
 use std::sync::atomic::AtomicBool;
 
-/// Step of the simulations that a diagnosis makes \[s\]: twice the default; end poses move by a tenth of a survey's σ.
-const TIME_STEP: f64 = 2.5e-3;
-
 /// Predicts runs by simulating them: a replay where there is a log, else the driver drives the protocol.
 pub struct Simulator<'a> {
     scene: Scene,
@@ -18,13 +15,16 @@ pub struct Simulator<'a> {
 }
 
 impl<'a> Simulator<'a> {
+    /// Step of the simulations that a diagnosis makes \[s\]: twice the default; end poses move by a tenth of a survey's σ.
+    pub const TIME_STEP: f64 = 2.5e-3;
+
     /// A simulator of `scene` as given; `stop` set from outside ends what it does.
     pub fn new(scene: &Scene, stop: &'a AtomicBool) -> Simulator<'a> {
         let mut scene = scene.clone();
         // What is only seen or hit is nothing to a prediction, and copied with every edit.
         scene.robot.chassis.visuals.clear();
         scene.robot.wheels.iter_mut().for_each(|wheel| wheel.body.visuals.clear());
-        scene.time_step = scene.time_step.max(TIME_STEP);
+        scene.time_step = scene.time_step.max(Simulator::TIME_STEP);
         Simulator { scene, stop }
     }
 }

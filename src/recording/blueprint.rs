@@ -5,7 +5,7 @@
 
 use super::look::PAPER;
 use super::stream::TIMELINE;
-use super::{APPLICATION, Outline, RunLabel, run, scatter};
+use super::{APPLICATION, Area, Outline, RunLabel, run, scatter};
 use crate::scene::Robot;
 use rerun::datatypes::{TimeRange, TimeRangeBoundary};
 use rerun::external::re_log_types::{BlueprintActivationCommand, LogMsg};
@@ -28,12 +28,12 @@ const PLAYBACK_SPEED: f64 = 4.0;
 const HALF_VIEW: f64 = 0.48;
 
 /// A part of the window.
-enum Pane {
+pub(super) enum Pane {
     Split { kind: ContainerKind, shares: Vec<f32>, panes: Vec<Pane>, name: Option<String> },
     View(View),
 }
 
-struct View {
+pub(super) struct View {
     class: &'static str,
     name: String,
     origin: String,
@@ -42,12 +42,12 @@ struct View {
 }
 
 impl View {
-    fn new(class: &'static str, name: impl Into<String>, origin: &str) -> View {
+    pub(super) fn new(class: &'static str, name: impl Into<String>, origin: &str) -> View {
         let (name, origin) = (name.into(), origin.to_owned());
         View { class, name, origin, contents: vec!["$origin/**".to_owned()], properties: Vec::new() }
     }
 
-    fn contents(self, contents: Vec<String>) -> View {
+    pub(super) fn contents(self, contents: Vec<String>) -> View {
         View { contents, ..self }
     }
 
@@ -56,7 +56,7 @@ impl View {
         self
     }
 
-    fn on_paper(self) -> View {
+    pub(super) fn on_paper(self) -> View {
         self.with(&Background::new(BackgroundKind::SolidColor).with_color(PAPER))
     }
 }
@@ -68,17 +68,32 @@ impl From<View> for Pane {
 }
 
 /// Panes above each other, or beside each other, with their shares.
-fn split(kind: ContainerKind, panes: Vec<(f32, Pane)>) -> Pane {
+pub(super) fn split(kind: ContainerKind, panes: Vec<(f32, Pane)>) -> Pane {
     let (shares, panes) = panes.into_iter().unzip();
     Pane::Split { kind, shares, panes, name: None }
 }
 
+/// Named panes behind each other, the first one in front.
+pub(super) fn tabs(panes: Vec<(&str, Pane)>) -> Pane {
+    let named = |(name, pane): (&str, Pane)| match pane {
+        Pane::Split { kind, shares, panes, .. } => Pane::Split { kind, shares, panes, name: Some(name.to_owned()) },
+        Pane::View(view) => Pane::View(View { name: name.to_owned(), ..view }),
+    };
+    let panes: Vec<Pane> = panes.into_iter().map(named).collect();
+    Pane::Split { kind: ContainerKind::Tabs, shares: Vec::new(), panes, name: None }
+}
+
 /// The blueprint of `outline` as messages, ready for the head of a file.
 pub(super) fn messages(outline: &Outline, robot: &Robot) -> RecordingStreamResult<Vec<LogMsg>> {
+    messages_of(&layout(outline, robot), TIMELINE, Some(PLAYBACK_SPEED))
+}
+
+/// The blueprint of a window with `root`, on `timeline`; at rest without a speed.
+pub(super) fn messages_of(root: &Pane, timeline: &str, speed: Option<f64>) -> RecordingStreamResult<Vec<LogMsg>> {
     let (stream, storage) = RecordingStreamBuilder::new(APPLICATION).blueprint().memory()?;
     stream.set_time_sequence("blueprint", 0);
     let mut writer = Writer { stream, ids: 0 };
-    let (_, root) = writer.pane(&layout(outline, robot))?;
+    let (_, root) = writer.pane(root)?;
     let viewport = ViewportBlueprint::new()
         .with_root_container(RootContainer(root.into()))
         .with_auto_layout(AutoLayout(false.into()))
@@ -89,9 +104,9 @@ pub(super) fn messages(outline: &Outline, robot: &Robot) -> RecordingStreamResul
     }
     let time = TimePanelBlueprint::new()
         .with_state(PanelState::Collapsed)
-        .with_timeline(TimelineName(TIMELINE.into()))
-        .with_playback_speed(PlaybackSpeed(PLAYBACK_SPEED.into()))
-        .with_play_state(PlayState::Playing)
+        .with_timeline(TimelineName(timeline.into()))
+        .with_playback_speed(PlaybackSpeed(speed.unwrap_or(1.0).into()))
+        .with_play_state(if speed.is_some() { PlayState::Playing } else { PlayState::Paused })
         .with_loop_mode(LoopMode::All);
     writer.stream.log("time_panel", &time)?;
     let mut messages = storage.take();
@@ -126,15 +141,6 @@ fn layout(outline: &Outline, robot: &Robot) -> Pane {
 
 /// All runs on the floor, seen from behind the start.
 fn overview(outline: &Outline) -> Pane {
-    let area = &outline.area;
-    let centre = [0, 1].map(|axis| 0.5 * (area.min[axis] + area.max[axis]));
-    let size = [0, 1].map(|axis| area.max[axis] - area.min[axis] + 0.6);
-    // Seen at this angle of depression, in a pane about 1.7 times as wide as high.
-    let (sin, cos) = 0.85f64.sin_cos();
-    let distance = (0.5 * size[0] * sin).max(0.5 * size[1] / 1.7) / HALF_VIEW.tan() + 0.5 * size[0] * cos;
-    // A little nearer than the middle, which the eye sees above its own.
-    let centre = [centre[0] - 0.06 * size[0], centre[1]];
-    let eye = [centre[0] - distance * cos, centre[1], distance * sin];
     let mut contents = vec![
         "+ /**".to_owned(),
         "- /end_points/**".to_owned(),
@@ -142,9 +148,20 @@ fn overview(outline: &Outline) -> Pane {
         "- /how_to_read/**".to_owned(),
     ];
     contents.extend(outline.featured.iter().map(|run| format!("- {}/**", run.path().child("series").escaped())));
-    View::new("3D", outline.title.clone(), "/")
-        .contents(contents)
-        .with(&LineGrid3D::new().with_visible(false))
+    over(View::new("3D", outline.title.clone(), "/").contents(contents), &outline.area, 0.85, 0.6)
+}
+
+/// A view of an area of the floor from behind the start, at an angle of depression \[rad\], with a margin \[m\].
+pub(super) fn over(view: View, area: &Area, depression: f64, margin: f64) -> Pane {
+    let centre = [0, 1].map(|axis| 0.5 * (area.min[axis] + area.max[axis]));
+    let size = [0, 1].map(|axis| area.max[axis] - area.min[axis] + margin);
+    // In a pane about 1.7 times as wide as high.
+    let (sin, cos) = depression.sin_cos();
+    let distance = (0.5 * size[0] * sin).max(0.5 * size[1] / 1.7) / HALF_VIEW.tan() + 0.5 * size[0] * cos;
+    // A little nearer than the middle, which the eye sees above its own.
+    let centre = [centre[0] - 0.06 * size[0], centre[1]];
+    let eye = [centre[0] - distance * cos, centre[1], distance * sin];
+    view.with(&LineGrid3D::new().with_visible(false))
         .with(
             &EyeControls3D::new()
                 .with_kind(Eye3DKind::Orbital)
@@ -209,14 +226,7 @@ fn plots(outline: &Outline) -> Pane {
     };
     let beside = (outline.featured.len() > 1).then_some(Corner2D::LeftTop);
     let plot = |name: &str, contents: Vec<String>, legend: Option<Corner2D>| -> (f32, Pane) {
-        let legend = match legend {
-            Some(corner) => PlotLegend::new().with_corner(corner),
-            None => PlotLegend::new().with_visible(false),
-        };
-        // Left to itself the viewer shows a window of half a minute about the cursor.
-        let whole = TimeRange { start: TimeRangeBoundary::Infinite, end: TimeRangeBoundary::Infinite };
-        let view = View::new("TimeSeries", name, "/").contents(contents);
-        (1.0, view.with(&legend).with(&TimeAxis::new().with_view_range(whole)).into())
+        (1.0, time_series(name, contents, legend))
     };
     let mut speeds = of_first("wheel_speed_commanded_rad_s");
     speeds.extend(of_first("wheel_speed_rad_s"));
@@ -236,6 +246,18 @@ fn plots(outline: &Outline) -> Pane {
             ]),
         ],
     )
+}
+
+/// A plot of all times.
+pub(super) fn time_series(name: &str, contents: Vec<String>, legend: Option<Corner2D>) -> Pane {
+    let legend = match legend {
+        Some(corner) => PlotLegend::new().with_corner(corner),
+        None => PlotLegend::new().with_visible(false),
+    };
+    // Left to itself the viewer shows a window of half a minute about the cursor.
+    let whole = TimeRange { start: TimeRangeBoundary::Infinite, end: TimeRangeBoundary::Infinite };
+    let view = View::new("TimeSeries", name, "/").contents(contents);
+    view.with(&legend).with(&TimeAxis::new().with_view_range(whole)).into()
 }
 
 struct Writer {

@@ -2,7 +2,7 @@
 //!
 //! # What is in a file
 //!
-//! All entities hang on one timeline, `time_in_run`, which is 0 where each run begins, so that runs before and after a
+//! An experiment's entities hang on one timeline, `time_in_run`, which is 0 where each run begins, so that runs before and after a
 //! calibration drive side by side. A run of a stage (`before`, `after_umbmark_2m`, …) is at
 //! `/{stage}/{protocol}_{direction}/run_{repeat}`, for instance `/before/square_4m_ccw/run_1`, with
 //!
@@ -33,12 +33,15 @@
 //! texts. Where the floor slopes, a transform at `/floor` and at each run turns the
 //! room frame, whose z is the floor's normal, upright.
 //!
+//! What is in a diagnosis' file, [`diagnosis`] says.
+//!
 //! # When things go wrong
 //!
 //! What is logged reaches the system at least each second of wall time, so the recording of a process that was killed
 //! opens, and shows what came before. A full disk is told by [`Recording::check`] and [`Recording::finish`]; runs go on.
 
 mod blueprint;
+mod diagnosis;
 mod disk;
 mod error;
 mod floor;
@@ -51,6 +54,7 @@ mod stream;
 #[cfg(test)]
 mod tests;
 
+pub use diagnosis::diagnosis;
 pub use error::RecordingError;
 pub use run::RunRecorder;
 pub use scatter::EndPoints;
@@ -59,8 +63,9 @@ use crate::dataset::Protocol;
 use crate::scene::{Robot, Scene};
 use disk::Disk;
 use nalgebra::{UnitQuaternion, Vector3};
+use rerun::external::re_log_types::LogMsg;
 use rerun::sink::LogSink;
-use rerun::{RecordingStream, RecordingStreamBuilder, TextDocument, ViewCoordinates};
+use rerun::{RecordingStream, RecordingStreamBuilder, RecordingStreamResult, TextDocument, ViewCoordinates};
 use std::path::Path as FilePath;
 use stream::{Path, Stream};
 
@@ -128,30 +133,8 @@ impl Recording {
     /// # Errors
     /// The file exists, or cannot be made or written.
     pub fn create(path: &FilePath, outline: &Outline, scene: &Scene) -> Result<Recording, RecordingError> {
-        let disk = Disk::create(path)?;
-        Recording::to(disk, outline, scene).inspect_err(|_| {
-            // Nothing that one could look at; the error that comes back is the one to tell.
-            let _ = std::fs::remove_file(path);
-        })
-    }
-
-    fn to(disk: Disk, outline: &Outline, scene: &Scene) -> Result<Recording, RecordingError> {
-        match blueprint::messages(outline, &scene.robot) {
-            Ok(messages) => disk.send_all(messages),
-            Err(error) => disk.note(error),
-        }
-        let stream =
-            RecordingStreamBuilder::new(APPLICATION).recording_name(outline.title.as_str()).enabled(true).buffered();
-        let stream = stream.unwrap_or_else(|error| {
-            disk.note(error);
-            RecordingStream::disabled()
-        });
-        stream.set_sink(Box::new(disk.clone()));
-        let upright = UnitQuaternion::rotation_between(&scene.floor.gravity(), &-Vector3::z());
-        let tilt = upright.filter(|upright| upright.angle() > 1e-9);
-        let stream = Stream { to_disk: stream, disk, tilt };
-        stream.fixed(Path::of([]), &ViewCoordinates::RIGHT_HAND_Z_UP());
-        floor::draw(&stream, &scene.floor, &outline.area);
+        let messages = blueprint::messages(outline, &scene.robot);
+        let stream = Recording::open(path, &outline.title, messages, scene, &outline.area)?;
         let recording = Recording {
             stream,
             robot: scene.robot.clone(),
@@ -163,6 +146,48 @@ impl Recording {
         recording.result("*The result comes at the end.*");
         recording.check()?;
         Ok(recording)
+    }
+
+    /// A stream into a new file at `path`, with a layout and the scene's floor in it.
+    fn open(
+        path: &FilePath,
+        title: &str,
+        layout: RecordingStreamResult<Vec<LogMsg>>,
+        scene: &Scene,
+        area: &Area,
+    ) -> Result<Stream, RecordingError> {
+        let disk = Disk::create(path)?;
+        let stream = Recording::begin(disk, title, layout, scene, area);
+        stream.disk.check().inspect_err(|_| {
+            // Nothing that one could look at; the error that comes back is the one to tell.
+            let _ = std::fs::remove_file(path);
+        })?;
+        Ok(stream)
+    }
+
+    fn begin(
+        disk: Disk,
+        title: &str,
+        layout: RecordingStreamResult<Vec<LogMsg>>,
+        scene: &Scene,
+        area: &Area,
+    ) -> Stream {
+        match layout {
+            Ok(messages) => disk.send_all(messages),
+            Err(error) => disk.note(error),
+        }
+        let stream = RecordingStreamBuilder::new(APPLICATION).recording_name(title).enabled(true).buffered();
+        let stream = stream.unwrap_or_else(|error| {
+            disk.note(error);
+            RecordingStream::disabled()
+        });
+        stream.set_sink(Box::new(disk.clone()));
+        let upright = UnitQuaternion::rotation_between(&scene.floor.gravity(), &-Vector3::z());
+        let tilt = upright.filter(|upright| upright.angle() > 1e-9);
+        let stream = Stream { to_disk: stream, disk, tilt };
+        stream.fixed(Path::of([]), &ViewCoordinates::RIGHT_HAND_Z_UP());
+        floor::draw(&stream, &scene.floor, area);
+        stream
     }
 
     /// Records a run; give the recorder to [`drive::run`](crate::drive::run) and drop it when the run has ended.
@@ -201,10 +226,7 @@ impl Recording {
     /// # Errors
     /// As [`check`](Recording::check).
     pub fn flush(&self) -> Result<(), RecordingError> {
-        if let Err(error) = self.stream.to_disk.flush_blocking() {
-            self.stream.disk.note(error);
-        }
-        self.check()
+        self.stream.flush()
     }
 
     /// Ends the file and waits until it is on the disk. What recorders that still live would log is lost.
@@ -212,9 +234,7 @@ impl Recording {
     /// # Errors
     /// As [`check`](Recording::check).
     pub fn finish(self) -> Result<(), RecordingError> {
-        let flushed = self.flush();
-        let finished = self.stream.disk.finish();
-        flushed.and(finished)
+        self.stream.finish()
     }
 }
 

@@ -158,7 +158,7 @@ fn axes(stream: &Stream, root: &Path, bounds: &Bounds) {
 }
 
 /// 1, 2 or 5 times a power of ten, not less than `least`.
-fn nice_step(least: f64) -> f64 {
+pub(super) fn nice_step(least: f64) -> f64 {
     let decade = 10f64.powf(least.log10().floor());
     [1.0, 2.0, 5.0, 10.0].map(|digit| digit * decade).into_iter().find(|&step| step >= least).unwrap_or(least)
 }

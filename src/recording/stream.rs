@@ -1,14 +1,18 @@
 //! rerun's stream with this room's habits: no call fails, failures are kept by [`Disk`].
 
 use super::disk::Disk;
+use super::error::RecordingError;
 use nalgebra::UnitQuaternion;
 use rerun::external::re_log_types::EntityPathPart;
 use rerun::{
     AsComponents, EntityPath, RecordingStream, SerializationResult, SerializedComponentColumn, TimeColumn, Transform3D,
 };
 
-/// The only timeline: 0 where each run begins.
+/// The timeline of what happens along a run: 0 where each run begins.
 pub(super) const TIMELINE: &str = "time_in_run";
+
+/// The timeline of a diagnosis' runs, from 1.
+pub(super) const RUN: &str = "run";
 
 /// Where an entity is.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -51,7 +55,21 @@ impl Stream {
     where
         C: Iterator<Item = SerializedComponentColumn>,
     {
-        let index = TimeColumn::new_duration_nanos(TIMELINE, times.iter().copied());
+        self.send(path, TimeColumn::new_duration_nanos(TIMELINE, times.iter().copied()), columns);
+    }
+
+    /// Logs one row a run.
+    pub(super) fn columns_by_run<C>(&self, path: &Path, runs: &[i64], columns: SerializationResult<C>)
+    where
+        C: Iterator<Item = SerializedComponentColumn>,
+    {
+        self.send(path, TimeColumn::new_sequence(RUN, runs.iter().copied()), columns);
+    }
+
+    fn send<C>(&self, path: &Path, index: TimeColumn, columns: SerializationResult<C>)
+    where
+        C: Iterator<Item = SerializedComponentColumn>,
+    {
         match columns {
             Ok(columns) => {
                 if let Err(error) = self.to_disk.send_columns(path.0.clone(), [index], columns) {
@@ -60,6 +78,21 @@ impl Stream {
             }
             Err(error) => self.disk.note(error),
         }
+    }
+
+    /// Waits until all that was logged has been given to the system.
+    pub(super) fn flush(&self) -> Result<(), RecordingError> {
+        if let Err(error) = self.to_disk.flush_blocking() {
+            self.disk.note(error);
+        }
+        self.disk.check()
+    }
+
+    /// Ends the file and waits until it is on the disk.
+    pub(super) fn finish(self) -> Result<(), RecordingError> {
+        let flushed = self.flush();
+        let finished = self.disk.finish();
+        flushed.and(finished)
     }
 
     /// Stands what is below `path`, all in the room frame, upright in the world.

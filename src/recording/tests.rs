@@ -2,12 +2,13 @@
 
 #![allow(clippy::unwrap_used)] // A test that fails may panic.
 
-use super::stream::TIMELINE;
+use super::stream::{RUN, TIMELINE};
 use super::*;
 use crate::dataset::Rotation;
+use crate::diagnose::{Diagnosis, Misfit, NoiseModel, RunReadings, Verdict};
 use crate::drive::{CELLS_ACROSS, CELLS_ALONG, Observer, PatchSnapshot, Snapshot, WheelSnapshot};
 use crate::geometry::Pose2;
-use crate::scene::Placement;
+use crate::scene::{Placement, Survey};
 use nalgebra::Translation3;
 use rerun::external::re_log_encoding::Decoder;
 use rerun::external::re_log_types::LogMsg;
@@ -212,4 +213,78 @@ fn a_full_disk_is_told() {
     let file = File::options().write(true).open(full).unwrap();
     let error = Disk::start(full, file).err().unwrap();
     assert!(error.to_string().contains("No space left on device"), "{error}");
+}
+
+/// Two runs surveyed on the way and one surveyed at its end alone.
+fn diagnosed() -> Diagnosis {
+    let run = |name: &str, condition: &str, readings: usize, sign: f64| {
+        let x = |index: usize| 0.1 * (index + 1) as f64;
+        let on_the_way = readings > 1;
+        RunReadings {
+            name: format!("lab/{name}"),
+            condition: condition.to_owned(),
+            held_out: false,
+            stamps: (0..readings).map(|index| on_the_way.then_some(100.0 + index as f64)).collect(),
+            measured: (0..readings).map(|index| Pose2::new(x(index), sign * 0.02, 0.0).into()).collect(),
+            before: (0..readings).map(|index| Pose2::new(x(index), 0.0, 0.0)).collect(),
+            after: (0..readings).map(|index| Pose2::new(x(index), sign * 0.019, 0.0)).collect(),
+        }
+    };
+    Diagnosis {
+        verdict: Verdict::Explained,
+        misfit: Misfit { chi2: 0.0, dof: 0, p_value: 1.0, conditions: Vec::new() },
+        findings: Vec::new(),
+        ranking: Vec::new(),
+        probabilities: Vec::new(),
+        blind_to: Vec::new(),
+        noise: NoiseModel::prior(&Survey::default()),
+        causes: Vec::new(),
+        empirical: Vec::new(),
+        next_experiment: None,
+        runs: vec![
+            run("cw-1", "square 1 m cw", 10, 1.0),
+            run("cw-2", "square 1 m cw", 10, 1.0),
+            run("ccw-1", "square 1 m ccw", 1, -1.0),
+        ],
+        left_out: Vec::new(),
+    }
+}
+
+#[test]
+fn a_diagnosis_holds_what_the_docs_promise() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("diagnosis.rrd");
+    let scene = Scene::load("jnpf_4wd", "lab_floor").unwrap();
+    diagnosis(&path, "test", &diagnosed(), &scene, "### Diagnosis").unwrap();
+
+    let contents = read(&path);
+    assert!(contents.blueprint_first);
+    assert_eq!(contents.timelines, BTreeSet::from([RUN.to_owned(), TIMELINE.to_owned()]));
+    let rows = |entity: &str| contents.rows.get(entity).copied().unwrap_or(0);
+    let below =
+        |root: &str| contents.rows.keys().filter(|entity| entity.starts_with(root)).cloned().collect::<Vec<_>>();
+    for way in ["measured", "before", "after"] {
+        // Ways of the two that were surveyed on the way, ends of all three.
+        let of = |ending: &str| below("/paths/").iter().filter(|entity| entity.ends_with(ending)).count();
+        assert_eq!(of(&format!("/{way}")), 2, "{way}");
+        assert_eq!(of(&format!("/{way}/end")), 3, "{way}");
+        assert_eq!(rows(&format!("/one_run/{way}")), 3);
+    }
+    for stage in ["before", "after"] {
+        let arrows = below("/residuals/").iter().filter(|entity| entity.ends_with(&format!("/{stage}"))).count();
+        assert_eq!(arrows, 2, "a condition each");
+        for series in ["position_residual_mm", "heading_residual_mrad"] {
+            let along: Vec<String> = below(&format!("/series/{series}/"));
+            let along: Vec<&String> = along.iter().filter(|entity| entity.ends_with(stage)).collect();
+            assert_eq!(along.len(), 2, "the run without logs has none");
+            // A row a reading and one of style.
+            assert!(along.iter().all(|entity| rows(entity) == 10 + 1));
+            assert_eq!(rows(&format!("/by_run/{series}/{stage}")), 3 + 1);
+        }
+    }
+    for entity in ["/result", "/how_to_read", "/floor/plane"] {
+        assert_eq!(rows(entity), 1, "{entity}");
+    }
+    assert!(!contents.series_names.is_empty());
+    assert!(contents.series_names.iter().all(|name| name.ends_with("[mm]") || name.ends_with("[mrad]")));
 }

@@ -1,7 +1,8 @@
 //! What a campaign looks like: its runs, where they ended, and what is suspicious.
 
+use super::grid::Grid;
 use crate::calibrate::{CentreOfGravity, SquareErrors, Suspicion, Training};
-use crate::dataset::{Dataset, Protocol};
+use crate::dataset::{Dataset, Protocol, Run, SurveyedPose};
 use serde::Serialize;
 use std::fmt::Write;
 
@@ -53,23 +54,9 @@ pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
         };
         let _ = writeln!(text, "  {count} × {what}{note}");
     }
-    let with = |has: fn(&crate::dataset::Run) -> bool| dataset.runs.iter().filter(|run| has(run)).count();
-    let _ = writeln!(
-        text,
-        "  {} with encoder logs, {} with poses on the way, {} with an end heading",
-        with(|run| run.encoders.is_some()),
-        with(|run| run.poses.is_some()),
-        with(|run| run.end.is_some_and(|end| end.heading.is_some()))
-    );
-    match Training::new(std::slice::from_ref(dataset)) {
-        Ok(training) => {
-            for group in &SquareErrors::of(&training) {
-                squares(&mut text, group);
-            }
-        }
-        Err(error) => {
-            let _ = writeln!(text, "  {error}");
-        }
+    let _ = writeln!(text, "  {}", logged(dataset));
+    for words in ends(dataset) {
+        let _ = writeln!(text, "  {words}");
     }
     text.push('\n');
     if suspicions.is_empty() {
@@ -88,7 +75,7 @@ pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
     text
 }
 
-fn counted(count: usize, what: &str) -> String {
+pub(super) fn counted(count: usize, what: &str) -> String {
     format!("{count} {what}{}", if count == 1 { "" } else { "s" })
 }
 
@@ -96,15 +83,7 @@ fn counted(count: usize, what: &str) -> String {
 fn kinds(dataset: &Dataset) -> Vec<(String, usize, usize)> {
     let mut kinds: Vec<(String, usize, usize)> = Vec::new();
     for run in &dataset.runs {
-        let size = match run.protocol {
-            Protocol::Square { side, .. } => format!(" of {side} m"),
-            Protocol::Straight { length, .. } => format!(" of {length} m"),
-            Protocol::Spin { turn, .. } => format!(" by {turn:.4} rad"),
-            Protocol::Circle { radius, .. } => format!(" of radius {radius} m"),
-            Protocol::Path => String::new(),
-        };
-        let direction = run.protocol.direction().map_or(String::new(), |direction| format!(", {direction}"));
-        let what = format!("{}{size}{direction}", run.protocol.kind());
+        let what = kind(run);
         let surveyed = usize::from(run.end.is_some());
         match kinds.iter_mut().find(|(known, ..)| *known == what) {
             Some((_, count, with)) => (*count, *with) = (*count + 1, *with + surveyed),
@@ -114,11 +93,51 @@ fn kinds(dataset: &Dataset) -> Vec<(String, usize, usize)> {
     kinds
 }
 
+/// What was driven, in words.
+pub(super) fn kind(run: &Run) -> String {
+    let size = match run.protocol {
+        Protocol::Square { side, .. } => format!(" of {side} m"),
+        Protocol::Straight { length, .. } => format!(" of {length} m"),
+        Protocol::Spin { turn, .. } => format!(" by {turn:.4} rad"),
+        Protocol::Circle { radius, .. } => format!(" of radius {radius} m"),
+        Protocol::Path => String::new(),
+    };
+    let direction = run.protocol.direction().map_or(String::new(), |direction| format!(", {direction}"));
+    format!("{}{size}{direction}", run.protocol.kind())
+}
+
+/// What was driven, as a table.
+pub(super) fn driven(dataset: &Dataset) -> Grid {
+    let mut grid = Grid::new("", &["driven", "runs", "with a surveyed end"]);
+    for (what, count, surveyed) in kinds(dataset) {
+        grid.row([what, count.to_string(), surveyed.to_string()]);
+    }
+    grid.noted(logged(dataset))
+}
+
+/// Where squares ended from dead reckoning, a sentence a side and way round; or why that is not known.
+pub(super) fn ends(dataset: &Dataset) -> Vec<String> {
+    match Training::new(std::slice::from_ref(dataset)) {
+        Ok(training) => SquareErrors::of(&training).iter().flat_map(squares).collect(),
+        Err(error) => vec![error.to_string()],
+    }
+}
+
+fn logged(dataset: &Dataset) -> String {
+    let with = |has: fn(&Run) -> bool| dataset.runs.iter().filter(|run| has(run)).count();
+    format!(
+        "{} with encoder logs, {} with poses on the way, {} with an end heading",
+        with(|run| run.encoders.is_some()),
+        with(|run| run.poses.is_some()),
+        with(|run| run.end.is_some_and(|end| end.heading.is_some()))
+    )
+}
+
 /// Centre of gravity and spread of the end errors, a line a direction.
-fn squares(text: &mut String, group: &SquareErrors) {
-    for (direction, centre, errors) in [("cw", group.cw_centre(), &group.cw), ("ccw", group.ccw_centre(), &group.ccw)] {
-        let Some(centre) = centre else { continue };
-        let CentreOfGravity { x, y, heading, runs } = centre;
+fn squares(group: &SquareErrors) -> Vec<String> {
+    let both = [("cw", group.cw_centre(), &group.cw), ("ccw", group.ccw_centre(), &group.ccw)];
+    let words = |(direction, centre, errors): (&str, Option<CentreOfGravity>, &Vec<SurveyedPose>)| {
+        let CentreOfGravity { x, y, heading, runs } = centre?;
         let heading = heading.map_or(String::new(), |heading| format!(", heading {:+.1} mrad", 1e3 * heading));
         let spread = match runs {
             1 => "a single run has no spread".to_owned(),
@@ -127,12 +146,12 @@ fn squares(text: &mut String, group: &SquareErrors) {
                 format!("spread {:.1} mm", 1e3 * (square / (runs as f64 - 1.0)).sqrt())
             }
         };
-        let _ = writeln!(
-            text,
-            "  squares of {} m, {direction}: end on average at x {:+.1} mm, y {:+.1} mm from dead reckoning{heading}; {spread}",
+        Some(format!(
+            "squares of {} m, {direction}: end on average at x {:+.1} mm, y {:+.1} mm from dead reckoning{heading}; {spread}",
             group.side,
             1e3 * x,
             1e3 * y
-        );
-    }
+        ))
+    };
+    both.into_iter().filter_map(words).collect()
 }

@@ -1,109 +1,68 @@
-//! A diagnosis as tables.
+//! A diagnosis in words and tables, readable in a minute: the answer, what it is worth, where the model is wrong, what
+//! could explain it, what these data could not have shown.
 
-use super::text::{Style, table};
-use crate::diagnose::{Diagnosis, Gain, Verdict};
+use super::grid::Grid;
+use super::text::{Style, parameter};
+use crate::calibrate::Parameter;
+use crate::diagnose::{Blind, Diagnosis, Finding, Gain, Verdict};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// The report, readable in a minute: the answer, where the model is wrong, what explains it, what it is worth.
+/// Conditions that a table shows; a report of hundreds of lines is read by nobody.
+const MOST_CONDITIONS: usize = 24;
+/// Answers that a table shows.
+const MOST_ANSWERS: usize = 8;
+/// Answers that are no longer worth a line.
+const NEGLIGIBLE: f64 = 5e-4;
+
+/// The report for a terminal.
 pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     let mut out = String::new();
     let _ = writeln!(out, "{}\n", answer(diagnosis));
-    let mm = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.1}", 1e3 * value));
-    let rows = diagnosis.misfit.conditions.iter().take(24).map(|c| {
-        vec![
-            c.label.clone(),
-            c.runs.to_string(),
-            format!("{} ± {:.1}", mm(c.residual[0]), 1e3 * c.std_dev[0]),
-            format!("{} ± {:.1}", mm(c.residual[1]), 1e3 * c.std_dev[1]),
-            format!("{} ± {:.1}", mm(c.residual[2]), 1e3 * c.std_dev[2]),
-            format!("{} {} {}", mm(c.repeatability[0]), mm(c.repeatability[1]), mm(c.repeatability[2])),
-        ]
-    });
-    let header = ["condition", "runs", "x [mm]", "y [mm]", "heading [mrad]", "runs stray by"];
-    let _ = writeln!(out, "Surveyed less predicted end poses, as given\n{}", tabled(&header, rows.collect()));
-    let more = diagnosis.misfit.conditions.len().saturating_sub(24);
-    if more > 0 {
-        let _ = writeln!(out, "… and {more} more conditions");
+    let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Terminal) };
+    out.push_str(&draw(findings(diagnosis)));
+    let _ = writeln!(out, "{}", worth(gain));
+    if let Some(words) = next(diagnosis) {
+        let _ = writeln!(out, "Next experiment: {words}");
     }
-    let m = &diagnosis.misfit;
-    let _ = writeln!(out, "χ² {:.1} on {} degrees of freedom, p = {:.2e}\n", m.chi2, m.dof, m.p_value);
-    let rows = diagnosis.ranking.iter().take(8).map(|r| {
-        let effects = if r.effects.is_empty() { "nothing".to_owned() } else { r.effects.join(" + ") };
-        vec![effects, format!("{:.1}", r.log_evidence), format!("{:.3}", r.probability)]
-    });
-    let _ = writeln!(out, "{}", tabled(&["what could explain it", "ln evidence", "probability"], rows.collect()));
-    if let Some(next) = &diagnosis.next_experiment {
-        let _ = writeln!(
-            out,
-            "Next experiment: {}, which separates {} by {:.1} σ in five runs.",
-            next.protocol,
-            next.separates.join(" from "),
-            next.expected_sigma
-        );
-    }
-    match gain {
-        Some(gain) => {
-            let sure = if gain.interval[0] > 0.0 { "" } else { ": none that is sure" };
-            let _ = writeln!(
-                out,
-                "Held out ({}): position {:.1} → {:.1} mm, heading {:.1} → {:.1} mrad; gain {:.0} % ({:.0} to {:.0} %){sure}; \
-                 noise floor {:.1} mm.",
-                gain.held_out,
-                1e3 * gain.position_before,
-                1e3 * gain.position_after,
-                1e3 * gain.heading_before,
-                1e3 * gain.heading_after,
-                100.0 * (1.0 - gain.position_after / gain.position_before),
-                100.0 * gain.interval[0],
-                100.0 * gain.interval[1],
-                1e3 * gain.noise_floor
-            );
-        }
-        None => {
-            let _ = writeln!(out, "Gain: nothing could be held out.");
-        }
-    }
-    let unseen: Vec<String> = diagnosis
-        .blind_to
-        .iter()
-        .filter(|blind| blind.smallest_detectable > blind.plausible)
-        .map(|blind| {
-            let choice = if blind.choice.is_empty() { String::new() } else { format!(" ({})", blind.choice) };
-            if blind.smallest_detectable.is_finite() {
-                format!("{}{choice}.{} below {:.2e}", blind.effect, blind.parameter, blind.smallest_detectable)
-            } else {
-                format!("{}{choice}.{} of any size", blind.effect, blind.parameter)
-            }
-        })
-        .collect();
+    out.push('\n');
+    out.push_str(&draw(misfit(diagnosis)));
+    out.push_str(&draw(ranking(diagnosis)));
+    let unseen = unseen(diagnosis);
     if !unseen.is_empty() {
-        let _ = writeln!(out, "These data could not have shown: {}.", unseen.join("; "));
+        out.push_str("What these data could not have shown\n");
+        for words in unseen {
+            let _ = writeln!(out, "  {words}");
+        }
+        out.push('\n');
     }
-    let noise = &diagnosis.noise;
-    let _ = writeln!(
-        out,
-        "Noise: survey {:.2} mm, {:.2} mrad; scatter {:.2} mrad a corner, {:.2} mrad/√m, {:.3} % of distance; clocks {:.1} ms.",
-        1e3 * noise.position_std,
-        1e3 * noise.heading_std,
-        1e3 * noise.scatter.heading_per_corner,
-        1e3 * noise.scatter.heading_per_sqrt_metre,
-        100.0 * noise.scatter.distance,
-        1e3 * noise.clock_std
-    );
+    let _ = writeln!(out, "Noise: {}.", noise(diagnosis));
     for left_out in &diagnosis.left_out {
         let _ = writeln!(out, "Left out: {left_out}.");
     }
     out
 }
 
-fn tabled(header: &[&str], rows: Vec<Vec<String>>) -> String {
-    let mut table = table(Style::Terminal, header);
-    table.add_rows(rows);
-    table.to_string()
+/// The same in short, for the recording's text panel.
+pub fn markdown(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
+    let mut out = format!("**{}**\n\n{}\n\n", answer(diagnosis), worth(gain));
+    let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Markdown) };
+    out.push_str(&draw(findings(diagnosis)));
+    out.push_str(&draw(ranking(diagnosis)));
+    if let Some(words) = next(diagnosis) {
+        let _ = writeln!(out, "Next experiment: {words}");
+    }
+    out
 }
 
 /// The answer in a sentence or two.
 pub fn answer(diagnosis: &Diagnosis) -> String {
+    let list = |findings: &[&Finding]| {
+        let names: Vec<String> = findings.iter().map(|finding| named(finding)).collect();
+        joined(&names, "and")
+    };
+    let (alone, grouped): (Vec<&Finding>, Vec<&Finding>) =
+        diagnosis.findings.iter().partition(|finding| finding.confounded_with.is_empty());
     match diagnosis.verdict {
         Verdict::Explained => {
             "Explained: the model as given suffices, or nothing exceeds what these data can show.".to_owned()
@@ -115,28 +74,251 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
                 terms.join(", ")
             )
         }
-        _ => {
-            let lines = diagnosis.findings.iter().map(|finding| {
-                let numbers: Vec<String> = finding
-                    .parameters
-                    .iter()
-                    .filter_map(|found| Some(format!("{} = {:.5} ± {:.5}", found.name, found.value, found.std_dev?)))
-                    .collect();
-                let choice = if finding.choice.is_empty() { String::new() } else { format!(" ({})", finding.choice) };
-                let or = if finding.confounded_with.is_empty() {
-                    String::new()
-                } else {
-                    format!("; these data cannot tell it from {}", finding.confounded_with.join(", "))
-                };
-                format!(
-                    "  {}{choice}: {} (probability {:.3}){or}",
-                    finding.effect,
-                    numbers.join(", "),
-                    finding.probability
-                )
+        Verdict::Named => {
+            format!("Named: {} explain{} these data.", list(&alone), if alone.len() == 1 { "s" } else { "" })
+        }
+        Verdict::Ambiguous => {
+            let groups = grouped.iter().map(|finding| {
+                let mut names = vec![named(finding)];
+                names.extend(finding.confounded_with.iter().map(|&other| other.to_owned()));
+                joined(&names, "or")
             });
-            let word = if diagnosis.verdict == Verdict::Named { "Named" } else { "Ambiguous" };
-            format!("{word}:\n{}", lines.collect::<Vec<_>>().join("\n"))
+            let groups = groups.collect::<Vec<_>>().join(", and ");
+            match alone.as_slice() {
+                [] => format!("Ambiguous: {groups}; these data cannot tell which."),
+                alone => format!("Ambiguous: {}, and either {groups}; these data cannot tell which.", list(alone)),
+            }
         }
     }
+}
+
+/// A finding with its wheel or side.
+fn named(finding: &Finding) -> String {
+    if finding.choice.is_empty() {
+        finding.effect.to_owned()
+    } else {
+        format!("{} ({})", finding.effect, finding.choice)
+    }
+}
+
+fn joined(names: &[String], word: &str) -> String {
+    match names {
+        [] => String::new(),
+        [name] => name.clone(),
+        [first @ .., last] => format!("{} {word} {last}", first.join(", ")),
+    }
+}
+
+/// What is named, a line a parameter.
+pub(super) fn findings(diagnosis: &Diagnosis) -> Grid {
+    let header = ["cause", "parameter", "value ± 1 σ", "probability", "or"];
+    let alone = diagnosis.findings.iter().all(|finding| finding.confounded_with.is_empty());
+    let columns = if alone { header.len() - 1 } else { header.len() };
+    let mut grid = Grid::new("", &header[..columns]);
+    for finding in &diagnosis.findings {
+        let sought = finding.parameters.iter().filter_map(|found| Some((found, found.std_dev?)));
+        for (index, (found, std_dev)) in sought.enumerate() {
+            let first = |words: String| if index == 0 { words } else { String::new() };
+            let cells = [
+                first(named(finding)),
+                found.name.to_owned(),
+                parameter(&Parameter { value: found.value, std_dev }),
+                first(share(finding.probability)),
+                first(finding.confounded_with.join(", ")),
+            ];
+            grid.row(cells.into_iter().take(columns));
+        }
+    }
+    grid
+}
+
+fn share(probability: f64) -> String {
+    match probability {
+        p if p > 0.9995 => "> 0.999".to_owned(),
+        p if p < NEGLIGIBLE => "< 0.001".to_owned(),
+        p => format!("{p:.3}"),
+    }
+}
+
+/// What the extension is worth on runs that took no part in it.
+pub(super) fn worth(gain: Option<&Gain>) -> String {
+    let Some(gain) = gain else { return "Gain: nothing could be held out.".to_owned() };
+    let sure = if gain.interval[0] > 0.0 { "" } else { ", so none that is sure" };
+    let heading = if gain.heading_before.is_finite() {
+        format!(", heading {:.1} → {:.1} mrad", 1e3 * gain.heading_before, 1e3 * gain.heading_after)
+    } else {
+        String::new()
+    };
+    format!(
+        "Gain on runs held out ({}): position {:.1} → {:.1} mm{heading}; {:.0} % ({:.0} to {:.0} %){sure}. Noise floor {:.1} mm.",
+        gain.held_out,
+        1e3 * gain.position_before,
+        1e3 * gain.position_after,
+        100.0 * (1.0 - gain.position_after / gain.position_before),
+        100.0 * gain.interval[0],
+        100.0 * gain.interval[1],
+        1e3 * gain.noise_floor
+    )
+}
+
+/// What to drive next, where two answers stand.
+pub(super) fn next(diagnosis: &Diagnosis) -> Option<String> {
+    let next = diagnosis.next_experiment.as_ref()?;
+    // Both answers hold what is not in question.
+    let answers: Vec<Vec<&str>> = next.separates.iter().map(|answer| answer.split(" and ").collect()).collect();
+    let apart = |answer: &Vec<&str>| {
+        let own: Vec<&str> = answer
+            .iter()
+            .copied()
+            .filter(|part| answers.len() < 2 || answers.iter().any(|other| !other.contains(part)))
+            .collect();
+        if own.is_empty() { "nothing more".to_owned() } else { own.join(" and ") }
+    };
+    let separates: Vec<String> = answers.iter().map(apart).collect();
+    Some(format!(
+        "{}; five runs would tell {} by {:.1} σ.",
+        next.protocol,
+        separates.join(" from "),
+        next.expected_sigma
+    ))
+}
+
+/// Where the model as given is wrong.
+pub(super) fn misfit(diagnosis: &Diagnosis) -> Grid {
+    let mut grid = Grid::new(
+        "Where the model as given is wrong: surveyed less predicted end poses, mean ± 1 σ",
+        &["condition", "runs", "x [mm]", "y [mm]", "heading [mrad]", "a run strays by x, y, heading"],
+    );
+    let m = &diagnosis.misfit;
+    let milli = |value: Option<f64>| value.map_or("–".to_owned(), |value| format!("{:.1}", 1e3 * value));
+    let mut seen: BTreeMap<&str, usize> = BTreeMap::new();
+    let twice = |label: &str| m.conditions.iter().filter(|c| c.label == label).count() > 1;
+    for c in m.conditions.iter().take(MOST_CONDITIONS) {
+        let number = seen.entry(&c.label).and_modify(|number| *number += 1).or_insert(1);
+        // The same on paper, driven differently.
+        let label = if twice(&c.label) { format!("{} #{number}", c.label) } else { c.label.clone() };
+        let part = |index: usize| match c.residual[index] {
+            Some(value) => format!("{:.1} ± {:.1}", 1e3 * value, 1e3 * c.std_dev[index]),
+            None => "–".to_owned(),
+        };
+        let strays = match c.repeatability {
+            [None, None, None] => "–".to_owned(),
+            [x, y, heading] => format!("{}, {}, {}", milli(x), milli(y), milli(heading)),
+        };
+        grid.row([label, c.runs.to_string(), part(0), part(1), part(2), strays]);
+    }
+    let more = match m.conditions.len().saturating_sub(MOST_CONDITIONS) {
+        0 => String::new(),
+        more => format!("… and {more} more conditions. "),
+    };
+    grid.noted(format!("{more}χ² {:.1} on {} degrees of freedom, p = {:.1e}", m.chi2, m.dof, m.p_value))
+}
+
+/// The answers that were weighed, without what they all hold.
+pub(super) fn ranking(diagnosis: &Diagnosis) -> Grid {
+    let worth_a_line = diagnosis.ranking.iter().take_while(|ranked| ranked.probability >= NEGLIGIBLE).count();
+    let shown = &diagnosis.ranking[..diagnosis.ranking.len().min(worth_a_line.clamp(3, MOST_ANSWERS))];
+    let common: Vec<&String> = match shown {
+        [first, _, ..] => {
+            first.effects.iter().filter(|effect| shown.iter().all(|ranked| ranked.effects.contains(effect))).collect()
+        }
+        _ => Vec::new(),
+    };
+    let mut grid = Grid::new("What could explain it", &["causes", "ln evidence", "probability"]);
+    for ranked in shown {
+        let own: Vec<String> =
+            ranked.effects.iter().filter(|effect| !common.contains(effect)).map(String::clone).collect();
+        let words = match (own.is_empty(), common.is_empty()) {
+            (false, _) => own.join(" + "),
+            (true, true) => "nothing".to_owned(),
+            (true, false) => "nothing more".to_owned(),
+        };
+        grid.row([words, format!("{:.1}", ranked.log_evidence), share(ranked.probability)]);
+    }
+    let mut notes = Vec::new();
+    if !common.is_empty() {
+        let common: Vec<String> = common.into_iter().cloned().collect();
+        notes.push(format!("each together with {}", joined(&common, "and")));
+    }
+    match diagnosis.ranking.len() - shown.len() {
+        0 => {}
+        more => notes.push(format!("{more} less probable answers are left out")),
+    }
+    grid.noted(notes.join("; "))
+}
+
+/// An effect's parameter, wheels and sides together.
+pub(super) struct Unseen {
+    pub effect: &'static str,
+    pub parameter: &'static str,
+    /// Over all choices, the worst.
+    pub smallest_detectable: f64,
+    pub plausible: f64,
+}
+
+/// Smallest detectable and plausible sizes, the least visible first.
+pub(super) fn visibility(blind: &[Blind]) -> Vec<Unseen> {
+    let mut list: Vec<Unseen> = Vec::new();
+    for blind in blind {
+        match list.iter_mut().find(|known| (known.effect, known.parameter) == (blind.effect, blind.parameter)) {
+            Some(known) => known.smallest_detectable = known.smallest_detectable.max(blind.smallest_detectable),
+            None => list.push(Unseen {
+                effect: blind.effect,
+                parameter: blind.parameter,
+                smallest_detectable: blind.smallest_detectable,
+                plausible: blind.plausible,
+            }),
+        }
+    }
+    let ratio = |unseen: &Unseen| unseen.smallest_detectable / unseen.plausible;
+    list.sort_by(|one, other| ratio(other).total_cmp(&ratio(one)));
+    list
+}
+
+/// What these data could not have shown at a plausible size.
+pub(super) fn unseen(diagnosis: &Diagnosis) -> Vec<String> {
+    let list = visibility(&diagnosis.blind_to);
+    let (never, large): (Vec<&Unseen>, Vec<&Unseen>) = list
+        .iter()
+        .filter(|unseen| unseen.smallest_detectable > unseen.plausible)
+        .partition(|unseen| unseen.smallest_detectable.is_infinite());
+    let mut lines = Vec::new();
+    if !never.is_empty() {
+        let names: Vec<String> = never.iter().map(|unseen| format!("{}.{}", unseen.effect, unseen.parameter)).collect();
+        lines.push(format!("of any size: {}", names.join(", ")));
+    }
+    lines.extend(large.iter().map(|unseen| {
+        let Unseen { effect, parameter, smallest_detectable, plausible } = unseen;
+        format!("{effect}.{parameter} below {} (plausible: {})", digits(*smallest_detectable), brief(*plausible))
+    }));
+    lines
+}
+
+/// As short as it is stated, or in two significant digits.
+pub(super) fn brief(value: f64) -> String {
+    let stated = value.to_string();
+    if stated.len() <= 6 { stated } else { digits(value) }
+}
+
+/// Two significant digits.
+pub(super) fn digits(value: f64) -> String {
+    if !value.is_finite() || value == 0.0 {
+        return "–".to_owned();
+    }
+    let decimals = (1.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    format!("{value:.decimals$}")
+}
+
+/// What runs of one kind differ by.
+pub(super) fn noise(diagnosis: &Diagnosis) -> String {
+    let noise = &diagnosis.noise;
+    format!(
+        "survey {:.2} mm, {:.2} mrad; scatter {:.2} mrad a corner, {:.2} mrad/√m, {:.3} % of distance; clocks {:.1} ms",
+        1e3 * noise.position_std,
+        1e3 * noise.heading_std,
+        1e3 * noise.scatter.heading_per_corner,
+        1e3 * noise.scatter.heading_per_sqrt_metre,
+        100.0 * noise.scatter.distance,
+        1e3 * noise.clock_std
+    )
 }

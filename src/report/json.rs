@@ -1,10 +1,11 @@
 //! The JSON of each command. Keys carry their units; they are part of the interface.
 
 use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Parameter, Score};
-use crate::diagnose::{Diagnosis, Gain, Verdict};
+use crate::diagnose::{Blind, Diagnosis, Gain, Verdict};
 use crate::drive::SimulatedRun;
 use crate::effect::{Choice, Effect, Prior};
-use crate::experiment::{Experiment, MethodResult, SideResult, Stage};
+use crate::experiment::sweep::{Merged, Swept};
+use crate::experiment::{Candidate, Experiment, MethodResult, SideResult, Stage};
 use crate::geometry::Pose2;
 use crate::odometry::OdometryCorrection;
 use serde::Serialize;
@@ -17,6 +18,42 @@ pub struct PoseJson {
     x_m: f64,
     y_m: f64,
     heading_rad: f64,
+}
+
+/// `table-one --json`.
+pub fn table_one(candidates: &[Candidate]) -> serde_json::Value {
+    let entry = |c: &Candidate| {
+        let causes: Vec<String> = c.causes.iter().map(crate::effect::Cause::line).collect();
+        serde_json::json!({
+            "effect": c.effect,
+            "causes": causes,
+            "distances_m": c.distances,
+            "chi2": c.chi2,
+            "log_evidence": c.log_evidence,
+        })
+    };
+    serde_json::json!({"candidates": candidates.iter().map(entry).collect::<Vec<_>>()})
+}
+
+/// `power --json`.
+pub fn power(blind: &[Blind], alike: &[(String, String, f64)]) -> serde_json::Value {
+    let sizes: Vec<serde_json::Value> = blind
+        .iter()
+        .map(|b| {
+            serde_json::json!({
+                "effect": b.effect,
+                "choice": b.choice,
+                "parameter": b.parameter,
+                "smallest_detectable": finite(b.smallest_detectable),
+                "plausible": b.plausible,
+            })
+        })
+        .collect();
+    let pairs: Vec<serde_json::Value> = alike
+        .iter()
+        .map(|(one, other, angle)| serde_json::json!({"effects": [one, other], "angle_rad": angle}))
+        .collect();
+    serde_json::json!({"smallest_detectable": sizes, "alike": pairs})
 }
 
 /// `diagnose --json`: the contract's keys. A number that is infinite or undefined is `null`.
@@ -482,6 +519,43 @@ impl EffectJson {
             source: effect.source,
             choice: effect.choice.map(Choice::key),
             parameters: parameters.collect(),
+        }
+    }
+}
+
+/// `sweep --json`.
+#[derive(Debug, Clone, Serialize)]
+pub struct SweptJson {
+    points: usize,
+    done_before: usize,
+    failures: usize,
+    simulated_s: Option<f64>,
+    wall_s: Option<f64>,
+    table: Option<String>,
+}
+
+impl SweptJson {
+    /// Of a sweep that took `wall`.
+    pub fn new(swept: &Swept, wall: std::time::Duration) -> SweptJson {
+        SweptJson {
+            points: swept.progress.points,
+            done_before: swept.progress.before,
+            failures: swept.failures.len(),
+            simulated_s: Some(swept.progress.simulated),
+            wall_s: Some(wall.as_secs_f64()),
+            table: swept.table.as_ref().map(|table| table.display().to_string()),
+        }
+    }
+
+    /// Of shards put together.
+    pub fn merged(merged: &Merged) -> SweptJson {
+        SweptJson {
+            points: merged.points,
+            done_before: merged.points,
+            failures: merged.failures,
+            simulated_s: None,
+            wall_s: None,
+            table: Some(merged.table.display().to_string()),
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Tables for the terminal, and the same as markdown for the recording's text panel.
 
+use super::grid::Grid;
 use crate::calibrate::{Calibration, CentreOfGravity, Estimate, METHODS, MethodOutcome, Parameter, Score};
 use crate::drive::SimulatedRun;
 use crate::effect::{self, EFFECTS, Prior};
@@ -20,28 +21,33 @@ pub enum Style {
 
 /// What the calibrations of an experiment gained and where the squares ended, for the stages that `shown` keeps.
 pub fn experiment(experiment: &Experiment, style: Style, shown: impl Fn(&Stage) -> bool) -> String {
-    let mut text = String::new();
+    experiment_grids(experiment, shown).iter().map(|grid| grid.draw(style)).collect()
+}
+
+/// The tables of [`experiment`].
+pub(super) fn experiment_grids(experiment: &Experiment, shown: impl Fn(&Stage) -> bool) -> Vec<Grid> {
+    let mut grids = Vec::new();
     if !experiment.methods.is_empty() {
-        heading(&mut text, style, "What each calibration found, and gained at the side that it was calibrated on");
-        let mut table =
-            table(style, &["method", "squares used", "E_d", "E_b", "E_s", "E_max,syst before", "after", "better by"]);
+        let mut grid = Grid::new(
+            "What each calibration found, and gained at the side that it was calibrated on",
+            &["method", "squares used", "E_d", "E_b", "E_s", "E_max,syst before", "after", "better by"],
+        );
         for result in experiment.methods.iter().filter(|result| shown(&result.after)) {
-            table.add_row(gain(result, &experiment.before));
+            grid.row(gain(result, &experiment.before));
         }
-        push(&mut text, &table, style);
-        text.push_str("corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ\n\n");
+        grids.push(
+            grid.noted("corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ"),
+        );
     }
-    heading(
-        &mut text,
-        style,
+    let mut grid = Grid::new(
         "Where the squares ended: centres of gravity of surveyed − dead-reckoned end points [mm]",
+        &["squares", "runs", "x cw", "y cw", "r cw", "x ccw", "y ccw", "r ccw", "E_max,syst"],
     );
-    let mut table = table(style, &["squares", "runs", "x cw", "y cw", "r cw", "x ccw", "y ccw", "r ccw", "E_max,syst"]);
     for stage in experiment.stages().filter(|stage| shown(stage)) {
         for side in &stage.sides {
             let mm = |value: f64| format!("{:.1}", 1e3 * value);
             let CentreOfGravity { x, y, .. } = side.cw;
-            table.add_row([
+            grid.row([
                 format!("{}: {} m", stage.name.replace('_', " "), side.side),
                 format!("{}+{}", side.cw.runs, side.ccw.runs),
                 mm(x),
@@ -54,10 +60,9 @@ pub fn experiment(experiment: &Experiment, style: Style, shown: impl Fn(&Stage) 
             ]);
         }
     }
-    push(&mut text, &table, style);
-    text.push_str("E_max,syst is the larger of the two r\n\n");
-    text.push_str(&paper(style));
-    text
+    grids.push(grid.noted("E_max,syst is the larger of the two r"));
+    grids.push(paper());
+    grids
 }
 
 /// Table I of Bei, Ping & Gao: r_cg CW, r_cg CCW and E_max,syst as printed \[m\].
@@ -68,15 +73,15 @@ const TABLE_I: [(&str, f64, f64, f64); 3] = [
 ];
 
 /// The paper's own table, 2 m squares of the real robot, with E_max,syst as printed and as its eq 11 makes it.
-fn paper(style: Style) -> String {
-    let mut text = String::new();
-    heading(&mut text, style, "For comparison, the paper's Table I: 2 m squares of the real JNPF-4WD [mm]");
-    let mut table =
-        table(style, &["", "r cw", "r ccw", "E_max,syst printed", "recomputed", "better by, printed", "recomputed"]);
+fn paper() -> Grid {
+    let mut grid = Grid::new(
+        "For comparison, the paper's Table I: 2 m squares of the real JNPF-4WD [mm]",
+        &["", "r cw", "r ccw", "E_max,syst printed", "recomputed", "better by, printed", "recomputed"],
+    );
     let before = TABLE_I[0];
     for (label, cw, ccw, printed) in TABLE_I {
         let recomputed = cw.max(ccw);
-        table.add_row([
+        grid.row([
             label.to_owned(),
             format!("{:.1}", 1e3 * cw),
             format!("{:.1}", 1e3 * ccw),
@@ -86,9 +91,7 @@ fn paper(style: Style) -> String {
             format!("{:.1} ×", before.3 / recomputed),
         ]);
     }
-    push(&mut text, &table, style);
-    text.push_str("eq 11 is a maximum; the paper's UMBmark row prints the minimum\n\n");
-    text
+    grid.noted("eq 11 is a maximum; the paper's UMBmark row prints the minimum")
 }
 
 /// One row of the gain table.
@@ -110,7 +113,7 @@ fn gain(result: &MethodResult, before: &Stage) -> [String; 8] {
 }
 
 /// A value with its σ, in the digits that the σ leaves.
-fn parameter(parameter: &Parameter) -> String {
+pub(super) fn parameter(parameter: &Parameter) -> String {
     let Parameter { value, std_dev } = *parameter;
     if std_dev.is_infinite() {
         return if value == 1.0 { "1 (assumed)".to_owned() } else { format!("{value:.4} if E_s = 1") };
@@ -124,18 +127,30 @@ fn parameter(parameter: &Parameter) -> String {
 
 /// What every method found in data, how well it predicts, and which to take.
 pub fn calibration(calibration: &Calibration) -> String {
-    let style = Style::Terminal;
-    let mut text = String::new();
-    heading(
-        &mut text,
-        style,
+    let grids = calibration_grids(calibration);
+    let mut text: String = grids.iter().map(|grid| grid.draw(Style::Terminal)).collect();
+    // No blank line between the table and what belongs to it.
+    text.pop();
+    for words in not_applicable(calibration) {
+        let _ = writeln!(text, "not applicable: {words}");
+    }
+    text.push('\n');
+    for words in calibration_words(calibration) {
+        let _ = writeln!(text, "{words}");
+    }
+    text
+}
+
+/// The tables of [`calibration`]: corrections, and errors of predicted end points.
+pub(super) fn calibration_grids(calibration: &Calibration) -> [Grid; 2] {
+    let mut corrections = Grid::new(
         "Corrections to what the robot believed: E_d = D_R/D_L, E_b track, E_s mean diameter; ± 1 σ",
+        &["method", "E_d", "E_b", "E_s", "its own bias: E_d", "E_b/E_s"],
     );
-    let mut table = table(style, &["method", "E_d", "E_b", "E_s", "its own bias: E_d", "E_b/E_s"]);
     let applicable =
         || calibration.outcomes.iter().filter_map(|outcome| Some((outcome, outcome.estimate.as_ref().ok()?)));
     for (outcome, estimate) in applicable() {
-        table.add_row([
+        corrections.row([
             outcome.method.name.to_owned(),
             parameter(&estimate.diameter_ratio),
             parameter(&estimate.track_ratio),
@@ -144,66 +159,62 @@ pub fn calibration(calibration: &Calibration) -> String {
             outcome.bias.map_or("–".to_owned(), |bias| format!("{:+.5}", bias[1])),
         ]);
     }
-    push(&mut text, &table, style);
-    text.push_str(
-        "own bias: what the method finds less what went in, on noise-free end poses of a robot like this one\n",
-    );
+    let corrections = corrections
+        .noted("own bias: what the method finds less what went in, on noise-free end poses of a robot like this one");
 
     let held_out = if calibration.held_out_by_name { "held out" } else { "each run from the others" };
-    heading(
-        &mut text,
-        style,
-        &format!(
-            "\nErrors of predicted end points: position [mm] and heading [mrad] RMS, E_max,syst [mm]; {held_out}: not seen by the fit"
+    let mut errors = Grid::new(
+        format!(
+            "Errors of predicted end points: position [mm] and heading [mrad] RMS, E_max,syst [mm]; {held_out}: not seen by the fit"
         ),
+        &["method", "in sample", "heading", "E_max,syst", held_out, "heading", "E_max,syst"],
     );
-    let mut table =
-        self::table(style, &["method", "in sample", "heading", "E_max,syst", held_out, "heading", "E_max,syst"]);
     if let Some(first) = calibration.outcomes.iter().find(|outcome| outcome.in_sample.is_some()) {
-        table.add_row(score_row("before", first, |score| {
+        errors.row(score_row("before", first, |score| {
             (score.position_rmse_before, score.heading_rmse_before, score.e_max_syst_before)
         }));
     }
     for (outcome, _) in applicable() {
-        table.add_row(score_row(outcome.method.name, outcome, |score| {
+        errors.row(score_row(outcome.method.name, outcome, |score| {
             (score.position_rmse_after, score.heading_rmse_after, score.e_max_syst_after)
         }));
     }
-    push(&mut text, &table, style);
+    [corrections, errors]
+}
 
-    for outcome in &calibration.outcomes {
-        if let Err(reason) = &outcome.estimate {
-            let _ = writeln!(text, "not applicable: {}: {reason}", outcome.method.name);
-        }
-    }
-    text.push('\n');
+/// Methods that could not be applied, and why.
+pub(super) fn not_applicable(calibration: &Calibration) -> Vec<String> {
+    let why = |outcome: &MethodOutcome| Some(format!("{}: {}", outcome.method.name, outcome.estimate.as_ref().err()?));
+    calibration.outcomes.iter().filter_map(why).collect()
+}
+
+/// Which method to take, and what these data could not say, a sentence each.
+pub(super) fn calibration_words(calibration: &Calibration) -> Vec<String> {
     let Some(best) = calibration.best() else {
-        text.push_str("No method could be checked on runs that it had not seen.\n");
-        return text;
+        return vec!["No method could be checked on runs that it had not seen.".to_owned()];
     };
+    let mut words = Vec::new();
     if let (Some(selection), Some(before)) = (best.selection, best.in_sample) {
-        let _ = writeln!(
-            text,
+        words.push(format!(
             "Take {}: it predicts each run from the others to {:.1} mm RMS, {:.1} times better than before.",
             best.method.name,
             1e3 * selection,
             before.position_rmse_before / selection
-        );
+        ));
     }
-    if let Ok(Estimate { not_fixed: Some(words), .. }) = &best.estimate {
-        let _ = writeln!(text, "Not fixed by these data: {words}.");
+    if let Ok(Estimate { not_fixed: Some(not_fixed), .. }) = &best.estimate {
+        words.push(format!("Not fixed by these data: {not_fixed}."));
     }
     if let (Some(false), Some(held_out), Some(selection)) =
         (calibration.model_is_enough(), best.held_out, best.selection)
     {
-        let _ = writeln!(
-            text,
+        words.push(format!(
             "Wheel diameters and track are not enough for these data: what predicts the training runs to {:.1} mm predicts the held-out ones to {:.1} mm only. `treadmark diagnose` looks for the cause.",
             1e3 * selection,
             1e3 * held_out.position_rmse_after
-        );
+        ));
     }
-    text
+    words
 }
 
 /// A row of the error table.

@@ -25,7 +25,7 @@ impl Friction {
 /// Play between encoder and wheel: on a reversal the encoder runs ahead until the play is taken up.
 ///
 /// The encoder stands at w + (B/2)·h over the wheel's rotation w; h goes from −1 to 1 while the wheel turns by
-/// [`Play::TAKEN_UP`] of B, so that a speed loop can live with it. Known difference: in a real gear the wheel stands still
+/// `Play::TAKEN_UP` of B, so that a speed loop can live with it. Known difference: in a real gear the wheel stands still
 /// meanwhile.
 #[derive(Debug, Clone)]
 pub struct Play {

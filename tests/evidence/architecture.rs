@@ -5,7 +5,7 @@ use std::path::Path;
 
 /// The rooms, ground floor first; a room may use those before it. What stands on one line may not use each other.
 const FLOORS: &[&[&str]] = &[
-    &["strict", "geometry"],
+    &["strict", "geometry", "table"],
     &["odometry"],
     &["dataset"],
     &["scene", "import"],
@@ -30,11 +30,16 @@ const THIRD_PARTIES: &[(&str, &[&str])] = &[
     ("mcap::", &["import"]),
     ("cdr_encoding::", &["import"]),
     ("byteorder::", &["import"]),
+    ("parquet::", &["table"]),
+    ("sobol_burley::", &["experiment"]),
+    ("crc32fast::", &["experiment"]),
     ("rerun::", &["recording"]),
     ("clap::", &["cli", "main"]),
     ("anyhow::", &["cli", "main"]),
     ("comfy_table::", &["report"]),
     ("plotters::", &["report"]),
+    ("maud::", &["report"]),
+    ("sha2::", &["report"]),
     ("indicatif::", &["cli"]),
     ("ctrlc::", &["cli"]),
 ];

@@ -1,0 +1,55 @@
+//! `treadmark predict`: the model at work, on data without any survey.
+
+use super::options::set_threads;
+use super::output;
+use super::watch::stop_on_ctrl_c;
+use crate::effect::load_scene;
+use crate::experiment::{Simulator, predict};
+use crate::scene::WORLDS;
+use clap::Args;
+use std::path::PathBuf;
+
+/// Arguments of `treadmark predict`.
+#[derive(Args)]
+pub(super) struct Arguments {
+    /// Dataset folder; no pose in it is looked at
+    dataset: PathBuf,
+    /// Robot model file, extended or not, or the name of a shipped robot
+    #[arg(long, value_name = "FILE|NAME")]
+    robot: String,
+    /// World file or shipped name
+    #[arg(long, value_name = "FILE|NAME", default_value = WORLDS.names()[0])]
+    world: String,
+    /// Worker threads (default: one a core); results do not depend on it
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+    /// New folder for the predictions, a dataset itself (default: a new numbered one under recordings/)
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+/// Predicts every run and writes a dataset.
+pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    set_threads(arguments.threads)?;
+    let dataset = crate::dataset::Dataset::read(&arguments.dataset)?;
+    let scene = load_scene(&arguments.robot, &arguments.world)?;
+    let simulator = Simulator::new(&scene, stop_on_ctrl_c());
+    let (predicted, left_out) = predict(&dataset, &simulator)?;
+    for reason in &left_out {
+        eprintln!("note: {reason}");
+    }
+    if predicted.runs.is_empty() {
+        anyhow::bail!("{}: no run can be predicted", arguments.dataset.display());
+    }
+    let folder = output::folder(arguments.out.as_deref(), "prediction")?;
+    predicted.write(&folder)?;
+    println!("{:<24} {:>10} {:>10} {:>12}", "run", "x [m]", "y [m]", "heading [rad]");
+    for run in &predicted.runs {
+        if let Some(end) = run.end {
+            let heading = end.heading.map_or(String::new(), |heading| format!("{heading:.5}"));
+            println!("{:<24} {:>10.5} {:>10.5} {heading:>12}", run.name, end.x, end.y);
+        }
+    }
+    println!("predicted poses are in {}", folder.display());
+    Ok(())
+}

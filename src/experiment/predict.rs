@@ -1,0 +1,46 @@
+//! A model at work: poses of runs that nobody surveyed.
+
+use super::simulator::Simulator;
+use crate::dataset::{Dataset, PoseLog, SurveyFacts};
+use crate::diagnose::{ForwardError, ForwardModel};
+use crate::odometry::OdometryParameters;
+use rayon::prelude::*;
+
+/// The runs of `dataset` as `simulator` predicts them: end poses and, where there is an encoder log, a pose at every row of
+/// it, each as the model's survey would read it in the frame of the start. Surveyed poses of the dataset are not looked at,
+/// but for where in the room a run began. Runs that cannot be predicted are named with the reason.
+///
+/// # Errors
+/// A run that cannot be simulated.
+pub fn predict(dataset: &Dataset, simulator: &Simulator<'_>) -> Result<(Dataset, Vec<String>), ForwardError> {
+    let scene = simulator.scene();
+    let believed = dataset.campaign.odometry.unwrap_or(scene.robot.odometry);
+    let counted = OdometryParameters {
+        ticks_per_revolution: believed.ticks_per_revolution.or(scene.robot.odometry.ticks_per_revolution),
+        ..believed
+    };
+    let (known, unknown): (Vec<_>, Vec<_>) = dataset.runs.iter().partition(|run| {
+        run.encoders.as_ref().is_some_and(|log| log.len() > 1) || run.protocol.nominal_end().is_some()
+    });
+    let runs = known
+        .par_iter()
+        .map(|run| {
+            let trace = simulator.trace(scene, run, &counted)?;
+            let start = trace.poses[0];
+            let mut predicted = (*run).clone();
+            predicted.poses = run.encoders.as_ref().filter(|log| log.len() > 1).map(|log| PoseLog {
+                time: log.time.iter().map(|&time| scene.survey.stamp(time)).collect(),
+                poses: log.time.iter().map(|&time| scene.survey.reading(start, trace.at(time)).into()).collect(),
+            });
+            let last = trace.poses[trace.poses.len() - 1];
+            predicted.end = Some(scene.survey.reading(start, last).into());
+            Ok(predicted)
+        })
+        .collect::<Result<Vec<_>, ForwardError>>()?;
+    let mut campaign = dataset.campaign.clone();
+    campaign.name = format!("{}-predicted", campaign.name);
+    campaign.description = Some(format!("Predicted by treadmark with {}", scene.robot.file.display()));
+    campaign.survey = SurveyFacts { method: Some("predicted".to_owned()), position_std: None, heading_std: None };
+    let left_out = unknown.iter().map(|run| format!("run `{}`: without a log, its way is not known", run.name));
+    Ok((Dataset { campaign, runs }, left_out.collect()))
+}

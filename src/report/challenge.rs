@@ -1,0 +1,195 @@
+//! Scores of hidden-effect challenges as tables and JSON.
+
+use super::text::{Style, table};
+use crate::experiment::{Score, Scored, Tally};
+use serde_json::{Value, json};
+use std::collections::BTreeMap;
+use std::fmt::Write;
+
+/// 95 % Wilson interval of `hits` of `of` [Wilson 1927, *JASA* 22].
+pub fn binomial(hits: usize, of: usize) -> [f64; 2] {
+    const Z: f64 = 1.959_964;
+    if of == 0 {
+        return [0.0, 1.0];
+    }
+    let (n, p) = (of as f64, hits as f64 / of as f64);
+    let middle = p + Z * Z / (2.0 * n);
+    let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
+    let over = 1.0 + Z * Z / n;
+    [((middle - half) / over).max(0.0), ((middle + half) / over).min(1.0)]
+}
+
+/// Sums of a score.
+struct Sums {
+    runs: usize,
+    hidden: usize,
+    covered: [usize; 2],
+    set_size: f64,
+    oracle_set_size: f64,
+    regret: f64,
+    gain: f64,
+    seconds: f64,
+    detectable: [usize; 2],
+}
+
+impl Sums {
+    fn of(score: &Score) -> Sums {
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        let covered: Vec<bool> = score.draws.iter().flat_map(|scored| scored.covered.iter().copied()).collect();
+        let ratios: Vec<f64> = score.draws.iter().flat_map(|scored| scored.detectable_ratio.iter().copied()).collect();
+        let gains: Vec<[f64; 2]> = score.draws.iter().filter_map(|scored| scored.gain).collect();
+        let of_oracle: f64 = gains.iter().map(|gain| gain[1]).sum();
+        Sums {
+            runs: score.draws.len(),
+            hidden: score.draws.iter().filter(|scored| !scored.truth.is_empty()).count(),
+            covered: [covered.iter().filter(|it| **it).count(), covered.len()],
+            set_size: mean(score.draws.iter().filter_map(|scored| scored.set_size.map(|size| size as f64)).collect()),
+            oracle_set_size: mean(
+                score
+                    .draws
+                    .iter()
+                    .filter(|scored| scored.strength >= 5.0 && !scored.oracle_set.is_empty())
+                    .map(|scored| scored.oracle_set.len() as f64)
+                    .collect(),
+            ),
+            regret: mean(score.draws.iter().filter_map(|scored| scored.regret).collect()),
+            gain: if of_oracle > 0.0 { gains.iter().map(|gain| gain[0]).sum::<f64>() / of_oracle } else { f64::NAN },
+            seconds: mean(score.draws.iter().map(|scored| scored.seconds).collect()),
+            detectable: [ratios.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count(), ratios.len()],
+        }
+    }
+}
+
+/// `challenge --score --json`.
+pub fn json(score: &Score) -> Value {
+    let sums = Sums::of(score);
+    let finite = |value: f64| if value.is_finite() { Value::from(value) } else { Value::Null };
+    let coverage = if sums.covered[1] > 0 { sums.covered[0] as f64 / sums.covered[1] as f64 } else { f64::NAN };
+    json!({
+        "runs": sums.runs,
+        "clean": score.count(Tally::Clean),
+        "false_alarms": score.count(Tally::FalseAlarm),
+        "named": score.count(Tally::Named),
+        "oracle_nameable": score.oracle_nameable,
+        "right_group": score.count(Tally::RightGroup),
+        "half": score.count(Tally::Half),
+        "silent_rightly": score.count(Tally::SilentRightly),
+        "missed": score.count(Tally::Missed),
+        "wrong": score.count(Tally::Wrong),
+        "both_exact": score.count(Tally::BothExact),
+        "both_in_sets": score.count(Tally::BothInSets),
+        "outside_right": score.count(Tally::Unexplained),
+        "coverage": finite(coverage),
+        "coverage_of": sums.covered[1],
+        "smallest_detectable_within_factor_2": finite(sums.detectable[0] as f64 / sums.detectable[1] as f64),
+        "mean_set_size": sums.set_size,
+        "mean_oracle_set_size": sums.oracle_set_size,
+        "log_score_regret": sums.regret,
+        "gain_over_oracle": finite(sums.gain),
+        "seconds_per_diagnosis": sums.seconds,
+    })
+}
+
+/// The score as tables: totals with binomial intervals, then effect by effect.
+pub fn text(score: &Score) -> String {
+    let sums = Sums::of(score);
+    let clean = sums.runs - sums.hidden;
+    let rate = |tally: Tally, of: usize| {
+        let hits = score.count(tally);
+        let [low, high] = binomial(hits, of);
+        vec![
+            words(tally).to_owned(),
+            hits.to_string(),
+            of.to_string(),
+            format!("{:.1} %", 100.0 * hits as f64 / of.max(1) as f64),
+            format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high),
+        ]
+    };
+    let mut rows = vec![rate(Tally::Clean, clean), rate(Tally::FalseAlarm, clean)];
+    for tally in [
+        Tally::Named,
+        Tally::RightGroup,
+        Tally::Half,
+        Tally::SilentRightly,
+        Tally::Missed,
+        Tally::Wrong,
+        Tally::BothExact,
+        Tally::BothInSets,
+        Tally::Unexplained,
+    ] {
+        if score.count(tally) > 0 || matches!(tally, Tally::Named | Tally::Missed | Tally::Wrong) {
+            rows.push(rate(tally, sums.hidden));
+        }
+    }
+    let mut out = String::new();
+    let mut totals = table(Style::Terminal, &["", "draws", "of", "share", "95 %"]);
+    totals.add_rows(rows);
+    let _ = writeln!(out, "{totals}");
+    let _ = writeln!(
+        out,
+        "named {} of the {} that an oracle could name; 95 % intervals cover {} of {}; smallest detectable sizes within a factor \
+         of two of the oracle's: {} of {}; held-out gain {:.2} of the oracle's; mean set {:.2} (oracle {:.2}); regret {:.2}; \
+         {:.1} s a diagnosis",
+        score.count(Tally::Named),
+        score.oracle_nameable,
+        sums.covered[0],
+        sums.covered[1],
+        sums.detectable[0],
+        sums.detectable[1],
+        sums.gain,
+        sums.set_size,
+        sums.oracle_set_size,
+        sums.regret,
+        sums.seconds
+    );
+    let mut of_effect: BTreeMap<String, Vec<&Scored>> = BTreeMap::new();
+    for scored in &score.draws {
+        let names: Vec<&str> = scored.truth.iter().map(|line| line.split(':').next().unwrap_or(line)).collect();
+        let name = if names.is_empty() { "nothing".to_owned() } else { names.join(" & ") };
+        of_effect.entry(name).or_default().push(scored);
+    }
+    if of_effect.len() <= 40 {
+        let mut effects = table(Style::Terminal, &["hidden", "draws", "what came of them"]);
+        for (name, draws) in of_effect {
+            let mut tallies: BTreeMap<Tally, usize> = BTreeMap::new();
+            for scored in &draws {
+                *tallies.entry(scored.tally).or_default() += 1;
+            }
+            let tallies: Vec<String> =
+                tallies.iter().map(|(tally, count)| format!("{count} {}", words(*tally))).collect();
+            effects.add_row(vec![name, draws.len().to_string(), tallies.join(", ")]);
+        }
+        let _ = writeln!(out, "{effects}");
+    }
+    out
+}
+
+/// One draw in a line.
+pub fn line(scored: &Scored) -> String {
+    format!(
+        "{:>5} {}: hidden {}; δ {:.1}; oracle {}; answer {}; {:.1} s",
+        scored.seed,
+        words(scored.tally),
+        if scored.truth.is_empty() { "nothing".to_owned() } else { scored.truth.join(" & ") },
+        scored.strength,
+        if scored.oracle_set.is_empty() { "–".to_owned() } else { scored.oracle_set.join(", ") },
+        scored.answer,
+        scored.seconds
+    )
+}
+
+fn words(tally: Tally) -> &'static str {
+    match tally {
+        Tally::Clean => "rightly clean",
+        Tally::FalseAlarm => "false alarm",
+        Tally::Named => "named",
+        Tally::RightGroup => "right group",
+        Tally::Half => "half",
+        Tally::SilentRightly => "rightly silent",
+        Tally::Missed => "missed",
+        Tally::Wrong => "wrong",
+        Tally::BothExact => "both, each alone",
+        Tally::BothInSets => "both, in sets",
+        Tally::Unexplained => "unexplained or mimic",
+    }
+}
