@@ -12,6 +12,7 @@ mod shipped;
 mod survey;
 mod tyre;
 mod urdf;
+mod whole;
 
 pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
@@ -21,6 +22,7 @@ pub use shape::{Body, PlacedShape, Placement, Shape};
 pub use shipped::{ROBOTS, WORLDS};
 pub use survey::{Scatter, Survey};
 pub use tyre::Tyre;
+pub use whole::RoundWheel;
 
 /// Standard gravity \[m/s²\] (CGPM 1901).
 pub const GRAVITY: f64 = 9.80665;
