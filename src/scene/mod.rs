@@ -69,7 +69,7 @@ pub enum Contact {
 
 /// Default length of a simulation step \[s\]: halving it moves no 4 m end pose by more than 0.1 mm and 0.1 mrad beyond
 /// what one encoder tick amounts to (test `analytic::halving_the_step`).
-pub const DEFAULT_TIME_STEP: f64 = 1.25e-3;
+pub const DEFAULT_TIME_STEP: f64 = 2.5e-3;
 
 impl Scene {
     /// Reads a robot and a world, each a file or the name of a shipped one, under the default survey and scatter.

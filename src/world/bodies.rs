@@ -46,8 +46,12 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
 
     let chassis_friction = scene.floor.plane.map_or(0.3, |plane| plane.chassis_friction);
     for piece in &ground.pieces {
-        let collider = ColliderBuilder::new(piece.shape.clone())
-            .position(piece.room_from_shape)
+        let (shape, room_from_shape) = match (scene.contact, piece.obstacle) {
+            (Contact::Patch, None) => slab(),
+            _ => (piece.shape.clone(), piece.room_from_shape),
+        };
+        let collider = ColliderBuilder::new(shape)
+            .position(room_from_shape)
             .friction(1.0)
             .friction_combine_rule(CoefficientCombineRule::Multiply);
         physics.insert_collider(collider, None);
@@ -78,6 +82,12 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
             .collect(),
     };
     Ok(Bodies { physics, chassis, hinged })
+}
+
+/// The floor for a chassis to lie on. A half space would be near everything at every step; this is near what is low.
+fn slab() -> (SharedShape, Pose) {
+    let [far, deep] = [1e3, 1.0];
+    (SharedShape::cuboid(far, far, deep), Pose::from_translation(Vector::Z * -deep))
 }
 
 fn dynamic(room_from_body: Pose, body: &Body) -> RigidBodyBuilder {

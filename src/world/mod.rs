@@ -18,7 +18,7 @@ mod unevenness;
 mod wheel;
 
 pub use error::WorldError;
-pub use patch::{CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, PatchMotion};
+pub use patch::{BRISTLE_DAMPING, CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, PatchMotion};
 pub use snapshot::{PatchSnapshot, WheelSnapshot};
 
 use crate::geometry::{Pose2, Twist2, unwrap_near, wrap_angle};
