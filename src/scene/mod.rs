@@ -67,8 +67,8 @@ pub enum Contact {
     Rigid,
 }
 
-/// Default length of a simulation step \[s\]: halving it moves no 4 m end pose by more than 0.1 mm and 0.1 mrad beyond
-/// what one encoder tick amounts to (test `analytic::halving_the_step`).
+/// Default length of a simulation step \[s\]: halving it moves no 4 m end pose by more than 0.1 mm and 0.1 mrad (test
+/// `analytic::halving_the_step`).
 pub const DEFAULT_TIME_STEP: f64 = 2.5e-3;
 
 impl Scene {

@@ -43,6 +43,10 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
     settings.friction_model = FrictionModel::Coulomb;
     // Sweeps for tunnelling: nothing here moves by its own size in a step, and no body asks for them.
     settings.max_ccd_substeps = 0;
+    if scene.contact == Contact::Patch {
+        // How near is near, among other things: a chassis a hand above the floor is not worth a look at every step.
+        settings.length_unit = 0.1;
+    }
 
     let chassis_friction = scene.floor.plane.map_or(0.3, |plane| plane.chassis_friction);
     for piece in &ground.pieces {

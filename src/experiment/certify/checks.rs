@@ -2,8 +2,8 @@
 
 use super::super::bench::Steady;
 use super::{
-    Check, HEADING_ACCURACY, Outcome, ROLLING_ACCURACY, SIDE, SPIN_RATES, STABLE_BELOW, STEP_DIVISORS, TRACK_ACCURACY,
-    Stiffest, edit, factor, point_contact_factor, stiffest,
+    Check, HEADING_ACCURACY, Outcome, ROLLING_ACCURACY, SIDE, SPIN_RATES, STABLE_BELOW, STEP_DIVISORS, Stiffest,
+    TRACK_ACCURACY, edit, factor, point_contact_factor, stiffest,
 };
 use crate::scene::{GRAVITY, Scene, Tyre};
 use crate::world::WorldError;
