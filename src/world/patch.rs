@@ -253,7 +253,7 @@ impl Patch {
             // Damping of the bristle's own motion, again inside the ellipse.
             let mut f = (u + (u - old_along) * damping) * stiffness;
             let mut g = (v + (v - old_across) * damping) * stiffness;
-            if !ELLIPSE || of_force.saturation(f, g).simd_gt(Row::ONE).any() {
+            if of_force.saturation(f, g).simd_gt(Row::ONE).any() {
                 let [back_along, back_across] = of_force.back::<ELLIPSE>(f, g);
                 f *= back_along;
                 g *= back_across;
