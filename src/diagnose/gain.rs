@@ -93,7 +93,12 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         if study.counts.iter().all(|count| *count == 0.0) {
             continue;
         }
-        let known = study.search();
+        // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
+        study.shape(&[]);
+        let mut known = study.search(&study.first_variants());
+        if study.reshape(&known) {
+            known = study.search(&study.first_variants());
+        }
         let at = {
             let problem = study.problem(study.counts.clone());
             let empirical = study.empirical_ranking(&problem, &known);
@@ -108,6 +113,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     }
     study.counts = everyone;
     study.noise = noise;
+    study.shape(&[]);
     if errors.is_empty() {
         return Ok(None);
     }

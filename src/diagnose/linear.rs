@@ -259,7 +259,7 @@ impl Problem<'_> {
     }
 
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
-    fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
+    pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
         let linear = self.linearise(&at, axes);
         let (a, b, c) = self.normal_equations(&linear);
         let p = axes.len();
@@ -328,20 +328,24 @@ pub(super) fn log_normal_cdf(z: f64) -> f64 {
     }
 }
 
-/// Shapes of every cluster's noise, at the model as given.
+/// Shapes of every cluster's noise on the ways that its runs take under `at`: a heading that was changed early turns what
+/// noise does later.
 pub(super) fn shapes(
-    problem_scene: &Scene,
+    scene: &Scene,
     cases: &[Case],
     clusters: &[Cluster],
+    variants: &[Variant],
     surrogate: &Surrogate,
+    at: &Coordinates,
 ) -> Vec<Shapes> {
+    let survey = surrogate.survey_of(scene, at, variants);
     clusters
         .iter()
-        .map(|cluster| {
+        .enumerate()
+        .map(|(index, cluster)| {
             let reference = cluster.reference;
             let (case, way) = (&cases[reference], &surrogate.ways[reference]);
-            let path = compose(way.start, &way.steps);
-            let survey = problem_scene.survey;
+            let path = surrogate.path(index, reference, at, variants);
             let predicted = surrogate.readings(case, way, &path, &survey);
             // The frame comes with the clock: an offset moves readings, not the frame that they are stated in.
             let later = crate::scene::Survey { time_offset: survey.time_offset + 0.01, ..survey };

@@ -4,7 +4,7 @@
 //!
 //! 1. Every run is predicted by the model as given: a replay of its log, or its protocol as driven (`forward`).
 //! 2. What runs of one kind differ by is noise; its sizes are learnt from them (`noise`).
-//! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`).
+//! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`, `spots`).
 //! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`).
 //! 5. The best is simulated again where it is best, and what stands is named, with what cannot be told from it.
 
@@ -15,6 +15,7 @@ mod linear;
 mod next;
 mod noise;
 mod search;
+mod spots;
 mod surrogate;
 mod variant;
 mod verdict;
@@ -34,6 +35,7 @@ use case::{Case, Cluster};
 use linear::Problem;
 use nalgebra::DVector;
 use noise::Shapes;
+use rayon::prelude::*;
 use surrogate::Surrogate;
 use variant::Variant;
 
@@ -41,6 +43,9 @@ use variant::Variant;
 const MOST_TERMS: usize = 4;
 /// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
 const PLAUSIBLE_TERM: f64 = 0.01;
+
+/// Answers that are simulated where they are best.
+const LEADING: usize = 4;
 
 /// What to look for, and how hard.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,6 +87,8 @@ pub struct Study<'m> {
     clusters: Vec<Cluster>,
     conditions: Vec<Condition>,
     variants: Vec<Variant>,
+    /// How many of them do not depend on what was measured; those after are spots between the first ones.
+    first_variants: usize,
     surrogate: Surrogate,
     shapes: Vec<Shapes>,
     /// What is stated or usual of the noise, and what was learnt.
@@ -119,9 +126,8 @@ impl<'m> Study<'m> {
             return Err(DiagnoseError::NothingToUse { left_out });
         }
         let (clusters, conditions) = case::clusters(&cases, scene.robot.tyre_growth != 0.0);
-        let variants = Variant::all(scene);
-        let mut variants = variants;
-        let mut surrogate = Surrogate::new(model, &cases, &clusters, &variants, library, progress)?;
+        let mut variants = Variant::all(scene);
+        let mut surrogate = Surrogate::new(model, &cases, &clusters, &mut variants, library, progress)?;
         let (features, speed) = surrogate.sizes(&clusters);
         for part in TwistPart::ALL {
             // A hundredth of the speed, or so many radians a metre.
@@ -130,7 +136,7 @@ impl<'m> Study<'m> {
             }
         }
         surrogate.add_terms(&clusters, &variants);
-        let shapes = linear::shapes(scene, &cases, &clusters, &surrogate);
+        let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
         let mut survey = scene.survey;
         if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some())
@@ -148,6 +154,7 @@ impl<'m> Study<'m> {
             cases,
             clusters,
             conditions,
+            first_variants: variants.len(),
             variants,
             surrogate,
             shapes,
@@ -167,7 +174,7 @@ impl<'m> Study<'m> {
 
     /// The responses, for other campaigns of the same robot.
     pub fn library(&self) -> Library {
-        Library::of_surrogate(&self.surrogate, &self.cases, &self.clusters)
+        Library::of_surrogate(&self.surrogate, &self.variants, &self.cases, &self.clusters)
     }
 
     /// Sizes of the noise from what repeated runs differ by, or from what `at` leaves where too little repeats.
@@ -205,26 +212,104 @@ impl<'m> Study<'m> {
     }
 
     /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
-    fn search(&mut self) -> search::Ranking {
-        let allowed = self.known_variants();
+    fn search(&mut self, allowed: &[usize]) -> search::Ranking {
         let learns = self.options.noise.is_none();
         if learns && self.repeats() {
             self.learn_noise(&[]);
         }
         let most = self.options.most_causes;
-        let mut ranking = search::Ranking::search(&self.problem(self.counts.clone()), &allowed, most);
+        let mut ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
         let runs = self.counts.iter().filter(|count| **count > 0.0).count();
         if learns && !self.repeats() && runs > 3 {
             for _ in 0..3 {
                 let at = ranking.best().fit.at.clone();
                 self.learn_noise(&at);
-                ranking = search::Ranking::search(&self.problem(self.counts.clone()), &allowed, most);
+                ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
             }
+        }
+        if learns {
+            self.weigh_noise(&mut ranking);
         }
         ranking
     }
 
+    /// Takes the shapes of the noise anew on the ways of the best answer; whether that may matter: a way that is turned is
+    /// strayed from in other directions.
+    fn reshape(&mut self, ranking: &search::Ranking) -> bool {
+        const TURNED: f64 = 0.03;
+        let at = &ranking.best().fit.at;
+        let end = |cluster: usize, at: &[(variant::Axis, f64)]| {
+            let path = self.surrogate.path(cluster, self.clusters[cluster].reference, at, &self.variants);
+            path[path.len() - 1].heading
+        };
+        let turned = (0..self.clusters.len()).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
+        if turned {
+            self.shape(at.clone().as_slice());
+        }
+        turned
+    }
+
+    fn shape(&mut self, at: &[(variant::Axis, f64)]) {
+        let scene = self.model.scene();
+        self.shapes = linear::shapes(scene, &self.cases, &self.clusters, &self.variants, &self.surrogate, at);
+    }
+
+    /// Averages the evidence of the leading answers over what the scatter may be: a handful of repeated runs tell its size to
+    /// a fifth or so, and a scatter that they showed too small by chance would make a cause of what is none.
+    fn weigh_noise(&self, ranking: &mut search::Ranking) {
+        const LOG_SCALES: [f64; 5] = [-0.25, 0.0, 0.25, 0.5, 0.75];
+        const WITHIN: f64 = 15.0;
+        let best = ranking.best().log_posterior;
+        let log_det = |problem: &Problem<'_>| -> f64 {
+            let of = |(cluster, factor): (&Cluster, &nalgebra::Cholesky<f64, nalgebra::Dyn>)| {
+                let count: f64 = cluster.runs.iter().map(|&run| self.counts[run]).sum();
+                count * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
+            };
+            self.clusters.iter().zip(&problem.factors).map(of).sum()
+        };
+        let problems: Vec<(Problem<'_>, f64)> = LOG_SCALES
+            .iter()
+            .map(|scale| {
+                let mut noise = self.noise;
+                let scatter = &mut noise.scatter;
+                for size in
+                    [&mut scatter.heading_per_corner, &mut scatter.heading_per_sqrt_metre, &mut scatter.distance]
+                {
+                    *size *= scale.exp();
+                }
+                let problem = self.problem_under(&noise, self.counts.clone());
+                let log_det = log_det(&problem);
+                (problem, log_det)
+            })
+            .collect();
+        let own = log_det(&self.problem(self.counts.clone()));
+        let leading: Vec<&mut search::Hypothesis> = ranking
+            .hypotheses
+            .iter_mut()
+            .enumerate()
+            .filter(|(rank, h)| h.set.is_empty() || (*rank < 20 && h.log_posterior > best - WITHIN))
+            .map(|(_, hypothesis)| hypothesis)
+            .collect();
+        leading.into_par_iter().for_each(|hypothesis| {
+            let axes = search::axes_of(&self.variants, &hypothesis.set);
+            let values: Vec<f64> = problems
+                .iter()
+                .map(|(problem, log_det)| {
+                    problem.evidence(&axes, hypothesis.fit.at.clone()).log_evidence - log_det + own
+                })
+                .collect();
+            let mean = verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln();
+            hypothesis.log_posterior += mean - hypothesis.fit.log_evidence;
+            hypothesis.fit.log_evidence = mean;
+        });
+        ranking.sort();
+    }
+
     fn problem(&self, counts: Vec<f64>) -> Problem<'_> {
+        self.problem_under(&self.noise, counts)
+    }
+
+    fn problem_under(&self, noise: &NoiseModel, counts: Vec<f64>) -> Problem<'_> {
         Problem {
             scene: self.model.scene(),
             cases: &self.cases,
@@ -233,7 +318,7 @@ impl<'m> Study<'m> {
             variants: &self.variants,
             surrogate: &self.surrogate,
             observed: self.observed.clone(),
-            factors: self.shapes.iter().map(|shapes| shapes.factor(&self.noise)).collect(),
+            factors: self.shapes.iter().map(|shapes| shapes.factor(noise)).collect(),
             response_error: self.options.response_error,
             counts,
         }
@@ -244,13 +329,17 @@ impl<'m> Study<'m> {
     /// # Errors
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
-        let mut ranking = self.search();
+        let mut ranking = self.search(&self.known_variants());
+        if self.reshape(&ranking) {
+            ranking = self.search(&self.known_variants());
+        }
         // The stand-in is made exact where the leading answers are, and asked again.
-        for _ in 0..2 {
-            if !self.refine(&ranking)? {
+        for round in 1..=spots::HALVINGS {
+            let closer = self.close_in(&ranking, round)?;
+            if !closer && (round > 2 || !self.refine(&ranking)?) {
                 break;
             }
-            ranking = self.search();
+            ranking = self.search(&self.known_variants());
         }
         let empirical = self.empirical_ranking(&self.problem(self.counts.clone()), &ranking);
         let mut diagnosis = verdict::judge(self, &ranking, empirical.as_ref());
@@ -269,6 +358,25 @@ impl<'m> Study<'m> {
     /// Variants of the catalogue.
     fn known_variants(&self) -> Vec<usize> {
         (0..self.variants.len()).filter(|&index| self.variants[index].term.is_none()).collect()
+    }
+
+    /// Those that do not depend on what was measured.
+    fn first_variants(&self) -> Vec<usize> {
+        (0..self.first_variants).filter(|&index| self.variants[index].term.is_none()).collect()
+    }
+
+    /// Simulates spots between the place of a leading spot and its neighbours; whether there was one.
+    fn close_in(&mut self, ranking: &search::Ranking, round: i32) -> Result<bool, DiagnoseError> {
+        let best = ranking.best().log_posterior;
+        let leading = ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
+        let place = leading.flat_map(|h| &h.set).find_map(|&index| self.variants[index].place());
+        let Some(place) = place else { return Ok(false) };
+        for place in spots::near(place, round, &self.cases, &self.clusters, &self.surrogate.ways) {
+            let axis = variant::Axis { variant: self.variants.len(), coordinate: 0 };
+            self.variants.push(Variant::spot(place));
+            self.surrogate.add_spot(self.model, &self.cases, &self.clusters, &self.variants, axis)?;
+        }
+        Ok(true)
     }
 
     /// Formulas of the body's twist, where the known causes leave enough for one.
@@ -308,7 +416,6 @@ impl<'m> Study<'m> {
 
     /// Simulates the leading answers where they are best; whether anything was simulated.
     fn refine(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
-        const LEADING: usize = 4;
         let best = ranking.best().log_posterior;
         let mut wanted: Vec<(variant::Axis, f64)> = Vec::new();
         for hypothesis in ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0) {
@@ -349,9 +456,13 @@ impl<'m> Study<'m> {
         let ranking = search::Ranking::search(&self.problem(self.counts.clone()), &self.known_variants(), 1);
         let mut of_effect: Vec<(&'static str, f64)> = Vec::new();
         for hypothesis in ranking.hypotheses.iter().filter(|h| h.set.len() == 1) {
-            let id = self.variants[*hypothesis.set.first().expect("one")].effect.id;
+            let variant = &self.variants[*hypothesis.set.first().expect("one")];
+            let id = variant.effect.id;
+            // A place is one of many.
+            let places = self.variants.iter().filter(|it| it.place().is_some() && it.effect == variant.effect).count();
+            let log_evidence = hypothesis.fit.log_evidence - (places.max(1) as f64).ln();
             if !of_effect.iter().any(|(known, _)| *known == id) {
-                of_effect.push((id, hypothesis.fit.log_evidence));
+                of_effect.push((id, log_evidence));
             }
         }
         (ranking.nothing().fit.log_evidence, of_effect)

@@ -33,6 +33,10 @@ pub(super) struct Ranking {
 const WORTH: f64 = 12.0;
 /// How many are gone on from.
 const BEAM: usize = 4;
+/// Spots on the floor that are looked at closely from each.
+const SPOTS: usize = 6;
+/// Distance of two spots that do not overlap \[m\].
+const ROOM: f64 = 0.6;
 
 pub(super) fn axes_of(variants: &[Variant], set: &Set) -> Vec<Axis> {
     set.iter()
@@ -75,39 +79,43 @@ impl Ranking {
         };
         let mut known: BTreeMap<Set, Hypothesis> = BTreeMap::new();
         known.insert(Set::new(), evaluate(&Set::new(), &[]));
-        let singles: Vec<Set> = allowed.iter().map(|&index| Set::from([index])).collect();
-        let level: Vec<Hypothesis> = singles.par_iter().map(|set| evaluate(set, &[])).collect();
-        known.extend(level.into_iter().map(|hypothesis| (hypothesis.set.clone(), hypothesis)));
-
-        for size in 2..=most {
+        for size in 1..=most {
             let mut seeds: Vec<&Hypothesis> = known.values().filter(|h| h.set.len() == size - 1).collect();
             seeds.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
             seeds.truncate(BEAM);
             // What one more cause promises, by a linear look from each seed.
             let promises: Vec<Promise> = seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
             let best_so_far = known.values().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
-            // The best promise of each set.
+            // The best promise of each set; each cause alone is always looked at.
             let mut wanted: BTreeMap<Set, Promise> = BTreeMap::new();
             for promise in promises {
-                let worth = promise.log_posterior >= best_so_far - WORTH && !known.contains_key(&promise.set);
+                let worth =
+                    (size == 1 || promise.log_posterior >= best_so_far - WORTH) && !known.contains_key(&promise.set);
                 if worth && wanted.get(&promise.set).is_none_or(|other| promise.log_posterior > other.log_posterior) {
                     wanted.insert(promise.set.clone(), promise);
                 }
             }
             let mut wanted: Vec<Promise> = wanted.into_values().collect();
             wanted.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
-            wanted.truncate(24);
+            if size > 1 {
+                wanted.truncate(24);
+            }
             let level: Vec<Hypothesis> =
                 wanted.par_iter().map(|promise| evaluate(&promise.set, &promise.start)).collect();
             let best_of_level = level.iter().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
             known.extend(level.into_iter().map(|hypothesis| (hypothesis.set.clone(), hypothesis)));
-            if best_of_level < best_so_far - 3.0 {
+            if size > 1 && best_of_level < best_so_far - 3.0 {
                 break;
             }
         }
-        let mut hypotheses: Vec<Hypothesis> = known.into_values().collect();
-        hypotheses.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior).then_with(|| a.set.cmp(&b.set)));
-        Ranking { hypotheses }
+        let mut ranking = Ranking { hypotheses: known.into_values().collect() };
+        ranking.sort();
+        ranking
+    }
+
+    /// Best first.
+    pub fn sort(&mut self) {
+        self.hypotheses.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior).then_with(|| a.set.cmp(&b.set)));
     }
 
     /// The best.
@@ -129,10 +137,18 @@ struct Promise {
     start: Vec<(Axis, f64)>,
 }
 
-/// What `seed` and one more variant each promise, by a linear look from the seed's best coordinates.
+/// What `seed` and one more variant each promise, by a linear look from the seed's best coordinates. Of spots on the floor,
+/// which are many, the most promising.
 fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<Promise> {
     let variants = problem.variants;
-    let others: Vec<usize> = allowed.iter().copied().filter(|index| !seed.set.contains(index)).collect();
+    // Two spots that overlap are one in another place.
+    let overlaps = |index: usize| {
+        let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) >= ROOM;
+        let place = variants[index].place();
+        place.is_some_and(|place| seed.set.iter().filter_map(|&it| variants[it].place()).any(|it| !apart(it, place)))
+    };
+    let others: Vec<usize> =
+        allowed.iter().copied().filter(|&index| !seed.set.contains(&index) && !overlaps(index)).collect();
     let mut axes: Vec<Axis> = seed.fit.at.iter().map(|(axis, _)| *axis).collect();
     let own = axes.len();
     axes.extend(axes_of(variants, &others.iter().copied().collect()));
@@ -166,7 +182,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     };
     let base: Vec<usize> = (0..own).collect();
     let (of_seed, _) = linear_evidence(&base);
-    others
+    let mut all: Vec<Promise> = others
         .iter()
         .map(|&index| {
             let mut columns = base.clone();
@@ -188,5 +204,13 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
                 .collect();
             Promise { log_posterior, set, start }
         })
-        .collect()
+        .collect();
+    all.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+    let mut spots = 0;
+    all.retain(|promise| {
+        let is_spot = promise.set.difference(&seed.set).any(|&index| variants[index].place().is_some());
+        spots += usize::from(is_spot);
+        !is_spot || spots <= SPOTS
+    });
+    all
 }

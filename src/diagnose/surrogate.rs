@@ -6,11 +6,13 @@
 
 use super::case::{Case, Cluster, Condition};
 use super::forward::{ForwardError, ForwardModel};
-use super::variant::{Axis, Variant};
+use super::spots;
+use super::variant::{Axis, Coordinate, Variant};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Motion, Scene, Survey, TwistPart};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
+use std::sync::atomic::Ordering::Relaxed;
 
 /// Length of a step of the way \[s\]: short against how long the robot takes to speed up or turn.
 const STEP: f64 = 0.1;
@@ -111,12 +113,13 @@ fn each(value: impl Fn(usize) -> f64) -> Step {
 pub(super) type Coordinates = [(Axis, f64)];
 
 impl Surrogate {
-    /// Simulates every run of `cases` as given, and every cluster under every variant.
+    /// Simulates every run of `cases` as given, and every cluster under every variant; to `variants` come spots on the floor,
+    /// which need ways first.
     pub fn new(
         model: &dyn ForwardModel,
         cases: &[Case],
         clusters: &[Cluster],
-        variants: &[Variant],
+        variants: &mut Vec<Variant>,
         library: Option<&Library>,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Surrogate, ForwardError> {
@@ -136,16 +139,12 @@ impl Surrogate {
                 runs.into_iter().map(move |run| (index, run))
             })
             .collect();
-        let axes = axes(variants, cases);
         let known: Vec<Option<&Entry>> =
             clusters.iter().map(|cluster| library.and_then(|library| library.of(&cases[cluster.reference]))).collect();
-        let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
-            .filter(|&cluster| known[cluster].is_none())
-            .flat_map(|cluster| axes.iter().map(move |&axis| (cluster, axis)))
-            .collect();
-        let total = jobs.len() + 2 * to_simulate.len();
+        let unknown = known.iter().filter(|entry| entry.is_none()).count();
+        let total = std::sync::atomic::AtomicUsize::new(jobs.len() + 2 * unknown * axes(variants, cases).len());
         let done = std::sync::atomic::AtomicUsize::new(0);
-        let tick = || progress(done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1, total);
+        let tick = || progress(done.fetch_add(1, Relaxed) + 1, total.load(Relaxed));
 
         let traces: Vec<((usize, usize), Trace)> = jobs
             .par_iter()
@@ -174,8 +173,20 @@ impl Surrogate {
             }
         }
         let ways: Vec<Way> = ways.into_iter().map(|way| way.expect("every run is in a cluster")).collect();
+        let places = match library {
+            Some(library) if unknown == 0 => library.places.clone(),
+            _ => spots::places(scene, cases, clusters, &ways),
+        };
+        variants.extend(places.into_iter().map(Variant::spot));
         let mut surrogate =
             Surrogate { survey: scene.survey, responses: vec![Responses::default(); clusters.len()], ways };
+        let axes = axes(variants, cases);
+        let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
+            .filter(|&cluster| known[cluster].is_none())
+            .flat_map(|cluster| axes.iter().map(move |&axis| (cluster, axis)))
+            .filter(|&(cluster, axis)| surrogate.concerns(scene, &clusters[cluster], &variants[axis.variant]))
+            .collect();
+        total.store(jobs.len() + 2 * to_simulate.len(), Relaxed);
 
         for (cluster, entry) in known.iter().enumerate() {
             if let Some(entry) = entry {
@@ -186,14 +197,7 @@ impl Surrogate {
             .par_iter()
             .map(|&(cluster, axis)| {
                 let coordinate = variants[axis.variant].coordinates[axis.coordinate];
-                let at = if coordinate.one_sided {
-                    [coordinate.std_dev, 2.0 * coordinate.std_dev]
-                } else if coordinate.mean != 0.0 {
-                    [coordinate.mean, coordinate.mean - coordinate.std_dev]
-                } else {
-                    [-coordinate.std_dev, coordinate.std_dev]
-                };
-                let nodes = at.map(|at| {
+                let nodes = nodes(coordinate).map(|at| {
                     let change = surrogate.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]);
                     tick();
                     change.map(|change| (at, change))
@@ -206,6 +210,37 @@ impl Surrogate {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
         Ok(surrogate)
+    }
+
+    /// Whether a variant may do anything to a cluster.
+    fn concerns(&self, scene: &Scene, cluster: &Cluster, variant: &Variant) -> bool {
+        variant.place().is_none_or(|place| spots::touches(scene, &self.ways[cluster.reference], place))
+    }
+
+    /// Simulates one more spot at its prior's mean and beside it.
+    pub fn add_spot(
+        &mut self,
+        model: &dyn ForwardModel,
+        cases: &[Case],
+        clusters: &[Cluster],
+        variants: &[Variant],
+        axis: Axis,
+    ) -> Result<(), ForwardError> {
+        let nodes = nodes(variants[axis.variant].coordinates[axis.coordinate]);
+        let concerned: Vec<usize> = (0..clusters.len())
+            .filter(|&cluster| self.concerns(model.scene(), &clusters[cluster], &variants[axis.variant]))
+            .collect();
+        let jobs: Vec<(usize, f64)> = concerned.iter().flat_map(|&cluster| nodes.map(|at| (cluster, at))).collect();
+        let changes: Vec<Vec<Step>> = jobs
+            .par_iter()
+            .map(|&(cluster, at)| self.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]))
+            .collect::<Result<_, _>>()?;
+        let mut changes = changes.into_iter();
+        for cluster in concerned {
+            let simulated = nodes.map(|at| (at, changes.next().expect("one a job")));
+            self.responses[cluster].of_axis.insert(axis, Response::new(simulated.to_vec()));
+        }
+        Ok(())
     }
 
     /// What the simulator says that `at` changes in the steps of a cluster's reference run.
@@ -272,12 +307,14 @@ impl Surrogate {
         axis: Axis,
         at: f64,
     ) -> Result<(), ForwardError> {
-        let changes: Vec<Vec<Step>> = clusters
+        let concerned: Vec<usize> =
+            (0..clusters.len()).filter(|&cluster| self.responses[cluster].of_axis.contains_key(&axis)).collect();
+        let changes: Vec<Vec<Step>> = concerned
             .par_iter()
-            .map(|cluster| self.simulated_change(model, cases, cluster, variants, &[(axis, at)]))
+            .map(|&cluster| self.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]))
             .collect::<Result<_, _>>()?;
-        for (responses, change) in self.responses.iter_mut().zip(changes) {
-            let Some(response) = responses.of_axis.get_mut(&axis) else { continue };
+        for (cluster, change) in concerned.into_iter().zip(changes) {
+            let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
             let mut simulated = response.simulated.clone();
             simulated.push((at, change));
             *response = Response::new(simulated);
@@ -333,13 +370,16 @@ impl Surrogate {
 /// kind, place by place along the way.
 #[derive(Debug, Clone, Default)]
 pub struct Library {
+    /// Of the spots on the floor, in the order of their variants.
+    places: Vec<[f64; 2]>,
     entries: Vec<Entry>,
 }
 
 #[derive(Debug, Clone)]
 struct Entry {
     condition: Condition,
-    replayed: bool,
+    /// Time that its log takes \[s\]; `None` without a log. A log with other stops in it is another manoeuvre.
+    duration: Option<f64>,
     /// Progress at the end of each step.
     progress: Vec<f64>,
     responses: Responses,
@@ -347,20 +387,34 @@ struct Entry {
 
 impl Library {
     /// What a surrogate simulated.
-    pub(super) fn of_surrogate(surrogate: &Surrogate, cases: &[Case], clusters: &[Cluster]) -> Library {
+    pub(super) fn of_surrogate(
+        surrogate: &Surrogate,
+        variants: &[Variant],
+        cases: &[Case],
+        clusters: &[Cluster],
+    ) -> Library {
         let entry = |(cluster, responses): (&Cluster, &Responses)| Entry {
             condition: Condition::of(&cases[cluster.reference].run),
-            replayed: cases[cluster.reference].replayed,
+            duration: duration(&cases[cluster.reference]),
             progress: surrogate.ways[cluster.reference].progress(),
             responses: responses.clone(),
         };
-        Library { entries: clusters.iter().zip(&surrogate.responses).map(entry).collect() }
+        let places = variants.iter().filter_map(Variant::place).collect();
+        Library { places, entries: clusters.iter().zip(&surrogate.responses).map(entry).collect() }
     }
 
     fn of(&self, case: &Case) -> Option<&Entry> {
         let condition = Condition::of(&case.run);
-        self.entries.iter().find(|entry| entry.condition == condition && entry.replayed == case.replayed)
+        let alike = |known: Option<f64>| match (known, duration(case)) {
+            (Some(known), Some(own)) => (known - own).abs() < 0.02 * own,
+            (known, own) => known.is_none() && own.is_none(),
+        };
+        self.entries.iter().find(|entry| entry.condition == condition && alike(entry.duration))
     }
+}
+
+fn duration(case: &Case) -> Option<f64> {
+    case.replayed.then(|| case.duration())
 }
 
 impl Entry {
@@ -399,6 +453,17 @@ impl Entry {
             (*axis, Response::new(simulated))
         });
         Responses { of_axis: of_axis.collect() }
+    }
+}
+
+/// Values of a coordinate that are simulated first.
+fn nodes(coordinate: Coordinate) -> [f64; 2] {
+    if coordinate.one_sided {
+        [coordinate.std_dev, 2.0 * coordinate.std_dev]
+    } else if coordinate.mean != 0.0 {
+        [coordinate.mean, coordinate.mean - coordinate.std_dev]
+    } else {
+        [-coordinate.std_dev, coordinate.std_dev]
     }
 }
 

@@ -4,6 +4,9 @@ use crate::effect::{Cause, EFFECTS, Effect, NO_CAUSE, Prior};
 use crate::scene::{EmpiricalTerm, Feature, Scene, TwistPart};
 use std::f64::consts::FRAC_1_SQRT_2;
 
+/// The effect that needs a place.
+const SPOT: &str = "floor_grip_patch";
+
 /// An effect with its choice made; what is left are coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct Variant {
@@ -20,6 +23,8 @@ pub(super) struct Variant {
 /// One direction of the search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Coordinate {
+    /// The parameter where the coordinate is 0 and nothing changes.
+    pub neutral: f64,
     /// Prior: normal with this mean and σ, cut off below 0 where it is one-sided.
     pub mean: f64,
     pub std_dev: f64,
@@ -42,7 +47,7 @@ impl Variant {
     pub fn all(scene: &Scene) -> Vec<Variant> {
         EFFECTS
             .iter()
-            .filter(|effect| effect.applies(scene) && effect.id != "floor_grip_patch")
+            .filter(|effect| effect.applies(scene) && effect.id != SPOT)
             .filter(|effect| effect.id != "tyre_grip_anisotropy" || scene.robot.wheelbase() == 0.0)
             .flat_map(|effect| effect.choices(scene).into_iter().map(|choice| Variant::new(effect, choice)))
             .collect()
@@ -53,7 +58,11 @@ impl Variant {
         let mut held = Vec::new();
         for (index, parameter) in effect.parameters.iter().enumerate() {
             let hourly = parameter.name == "per_hour";
-            let coordinate = |mean, std_dev, one_sided| Coordinate { mean, std_dev, one_sided, hourly };
+            let neutral = effect.neutral(parameter);
+            let coordinate = |mean: f64, std_dev, one_sided| {
+                let mean = mean - neutral;
+                Coordinate { neutral, mean, std_dev, one_sided, hourly }
+            };
             match parameter.prior {
                 Prior::Normal { mean, std_dev } => coordinates.push(coordinate(mean, std_dev, false)),
                 // A spread over runs is no coordinate: it is noise.
@@ -70,6 +79,17 @@ impl Variant {
         Variant { effect, choice, term: None, held, coordinates }
     }
 
+    /// A spot on the floor at a place in the room \[m\].
+    pub fn spot(place: [f64; 2]) -> Variant {
+        let effect = Effect::named(SPOT).expect("it is in the catalogue");
+        Variant { held: vec![(0, place[0]), (1, place[1])], ..Variant::new(effect, String::new()) }
+    }
+
+    /// The place of a spot on the floor.
+    pub fn place(&self) -> Option<[f64; 2]> {
+        (self.effect.id == SPOT).then(|| [self.held[0].1, self.held[1].1])
+    }
+
     /// A term of the body's twist without a cause; `std_dev` is what is plausible of its coefficient.
     pub fn empirical(part: TwistPart, feature: Feature, std_dev: f64) -> Variant {
         Variant {
@@ -77,7 +97,7 @@ impl Variant {
             choice: String::new(),
             term: Some(EmpiricalTerm { part, feature, coefficient: 1.0 }),
             held: Vec::new(),
-            coordinates: vec![Coordinate { mean: 0.0, std_dev, one_sided: false, hourly: false }],
+            coordinates: vec![Coordinate { neutral: 0.0, mean: 0.0, std_dev, one_sided: false, hourly: false }],
         }
     }
 
@@ -97,7 +117,8 @@ impl Variant {
             let is_free = matches!(parameter.prior, Prior::Normal { .. } | Prior::HalfNormal { .. })
                 && !self.held.iter().any(|(held, _)| *held == index);
             if is_free {
-                let value = *free.next().expect("one a free parameter");
+                let coordinate = self.coordinates[at.len() - free.len()];
+                let value = coordinate.neutral + *free.next().expect("one a free parameter");
                 let [least, greatest] = parameter.bounds;
                 cause.values[index] = value.clamp(least, greatest);
             }
@@ -137,6 +158,9 @@ impl Variant {
     pub fn label(&self) -> String {
         if let Some(term) = &self.term {
             return format!("{} ∝ {}", term.part.symbol(), term.feature.symbol());
+        }
+        if let Some([x, y]) = self.place() {
+            return format!("{} ({x:.2}, {y:.2})", self.effect.id);
         }
         if self.choice.is_empty() { self.effect.id.to_owned() } else { format!("{} ({})", self.effect.id, self.choice) }
     }

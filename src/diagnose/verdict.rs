@@ -324,7 +324,7 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
     }
 }
 
-fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
+pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
     most + values.map(|value| (value - most).exp()).sum::<f64>().ln()
 }
@@ -416,7 +416,8 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
     let all: Set = study.known_variants().into_iter().collect();
     let axes = axes_of(&study.variants, &all);
     let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
-    let mut list = Vec::new();
+    let mut list: Vec<Blind> = Vec::new();
+    let places: Vec<&str> = study.variants.iter().filter(|v| v.place().is_some()).map(|v| v.effect.id).collect();
     for (index, variant) in study.variants.iter().enumerate().filter(|(_, variant)| variant.term.is_none()) {
         let own: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].variant == index).collect();
         let information: Vec<f64> = own.iter().map(|&k| gram[(k, k)]).collect();
@@ -435,6 +436,13 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
             });
         }
     }
+    // Of spots on the floor, where one shows best.
+    let is_spot = |blind: &Blind| places.contains(&blind.effect);
+    if let Some(best) =
+        list.iter().filter(|blind| is_spot(blind)).map(|blind| blind.smallest_detectable).reduce(f64::min)
+    {
+        list.retain(|blind| !is_spot(blind) || blind.smallest_detectable == best);
+    }
     list
 }
 
@@ -444,7 +452,9 @@ const ALIKE: f64 = 0.15;
 /// Pairs of variants of different effects whose whitened responses are nearly parallel.
 pub(super) fn alike(study: &Study<'_>) -> Vec<(String, String, f64)> {
     let problem = study.problem(study.counts.clone());
-    let all: Set = study.known_variants().into_iter().collect();
+    // Spots on the floor are many, and next to one another.
+    let all: Set =
+        study.known_variants().into_iter().filter(|&index| study.variants[index].place().is_none()).collect();
     let axes = axes_of(&study.variants, &all);
     let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
     let block = |a: usize, b: usize| {

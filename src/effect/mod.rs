@@ -292,7 +292,7 @@ impl Effect {
     }
 
     /// The value of a parameter at which nothing changes.
-    fn neutral(&self, parameter: &Parameter) -> f64 {
+    pub(crate) fn neutral(&self, parameter: &Parameter) -> f64 {
         if parameter.name == "ratio" { 1.0 } else { 0.0 }
     }
 

@@ -107,10 +107,15 @@ pub fn score(
     let simulator = Simulator::new(base, stop);
     let library = library(&simulator, challenge.campaign, challenge.data)?;
     let mut draws = Vec::new();
-    for seed in seeds {
-        let scored = one(base, &simulator, &library, Challenge { seed, ..challenge }, stop)?;
-        watch(&scored);
-        draws.push(scored);
+    // Side by side, told in order.
+    let seeds: Vec<u64> = seeds.collect();
+    for seeds in seeds.chunks(rayon::current_num_threads()) {
+        let scored: Vec<Scored> = seeds
+            .par_iter()
+            .map(|&seed| one(base, &simulator, &library, Challenge { seed, ..challenge }, stop))
+            .collect::<Result<_, _>>()?;
+        scored.iter().for_each(&mut *watch);
+        draws.extend(scored);
     }
     let nameable = |scored: &&Scored| scored.truth.len() == 1 && scored.oracle_set.len() == 1 && scored.strength >= 5.0;
     let oracle_nameable = draws.iter().filter(nameable).count();
