@@ -399,7 +399,7 @@ def versions(package):
 
 # ---------------------------------------------------------------- cost alone
 
-def duel(rounds=10):
+def duel(rounds=6):
     """Processor time of a simulated second of treadmark and of MuJoCo, turn about on one core, the least of `rounds` of each.
 
     MuJoCo steps a hundred times a call, so that Python has no part in it; treadmark's drivers, encoders and logs have."""
