@@ -169,6 +169,38 @@ fn beyond_friction_it_slides_at_the_closed_form() {
     }
 }
 
+/// Wheels that spin up on ice lean the chassis back, until the floor's loads have given as much angular momentum as the
+/// wheels have. The ice's friction takes 0.01 %; what the chassis still rocks by after two seconds may be 0.2 %.
+#[test]
+fn wheels_that_spin_up_lean_the_chassis_back() {
+    let mut scene = ideal("jnpf_4wd");
+    scene.robot.encoder.ticks_per_revolution *= 1e3;
+    for wheel in &mut scene.robot.wheels {
+        wheel.tyre.friction_along = 1e-6;
+        wheel.tyre.friction_across = 1e-6;
+    }
+    let robot = &scene.robot;
+    let centre = robot.whole().centre_of_mass;
+    let mut world = settled(&scene);
+    for wheel in 0..robot.wheels.len() {
+        world.command(wheel, 10.0);
+    }
+    let (mut snapshots, mut given) = (Vec::new(), 0.0);
+    for _ in 0..(2.0 / scene.time_step).round() as u64 {
+        let centre = world.base() * centre;
+        step_for(&mut world, scene.time_step);
+        world.wheel_snapshots(&mut snapshots);
+        for wheel in &snapshots {
+            // At full voltage the front wheels lift for a moment.
+            let at = wheel.patch.as_ref().map_or(centre.x, |patch| patch.centre[0]);
+            given -= scene.time_step * wheel.load * (at - centre.x);
+        }
+    }
+    let inertia = robot.wheels[0].spin_inertia() + robot.drivetrain.reflected_inertia();
+    let spun = inertia * snapshots.iter().map(|snapshot| snapshot.speed).sum::<f64>();
+    assert!((given / spun - 1.0).abs() < 2e-3, "{given:.6} against {spun:.6}");
+}
+
 /// The default step: halving it moves no 4 m end-pose error by more than 0.1 mm and 0.1 mrad. Encoders are a thousand
 /// times as fine as they are: a tick that comes a step earlier would hide it.
 #[test]
