@@ -91,7 +91,7 @@ fn a_bad_plan_is_refused_with_place_value_and_what_is_allowed() {
             grid("parameter = \"tyre.width_m\"\nvalues = [\"wide\"]"),
             &["line 5, column 11: tyre.width_m = \"wide\": it must be a finite number above 0"],
         ),
-        (grid("parameter = \"tyre.width_m\"\nvalues = [true]"), &["line 5, column 11", "a number or a text"]),
+        (grid("parameter = \"tyre.width_m\"\nvalues = [true]"), &["line 5, column 10", "a number or a text"]),
         (
             grid("parameter = \"floor_slope.gradient\"\nvalues = [7.5]"),
             &["line 5, column 11: floor_slope.gradient = 7.5: it must be a number from 0 to "],
