@@ -3,7 +3,8 @@
 
     python3 -m venv /tmp/peers && /tmp/peers/bin/pip install -r benches/peers/requirements.txt
     cargo build --release
-    /tmp/peers/bin/python benches/peers/compare.py
+    /tmp/peers/bin/python benches/peers/compare.py            # all; or: compare.py mujoco
+    /tmp/peers/bin/python benches/peers/compare.py duel       # cost alone, treadmark and MuJoCo turn about
 
 Four wheels of radius 0.10 m and width 0.05 m, axles 0.40 m and contact centres 0.46 m apart, 18 kg of chassis and 1.5 kg
 a wheel, mu = 0.8. Any isotropic law of friction between points gives b_eff/b = 1 + (l/b)^2 = 1.7561 whatever mass, speed
@@ -25,7 +26,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "RAYON_NUM_THREADS")
     os.environ[variable] = "1"
 
 ROOT = Path(__file__).resolve().parents[2]
-BINARY = ROOT / "target" / "release" / "treadmark"
+BINARY = Path(os.environ.get("TREADMARK", ROOT / "target" / "release" / "treadmark"))
 
 L, B, R, W, MU = 0.40, 0.46, 0.10, 0.05, 0.8
 CHASSIS, WHEEL, ROTOR = 18.0, 1.5, 0.009  # [kg], and a rotor's inertia as its wheel feels it [kg m²]
@@ -93,30 +94,45 @@ def yaw(w, x, y, z):
 
 # ---------------------------------------------------------------- treadmark
 
-def treadmark():
-    def robot(folder):
-        """The shipped JNPF robot with these dimensions and equal tyres."""
-        toml = (ROOT / "robots/jnpf_4wd.toml").read_text()
-        toml = toml.replace("0.10006", str(R)).replace("0.09994", str(R))
-        urdf = (ROOT / "robots/jnpf_4wd.urdf").read_text()
-        for sign in ("", "-"):
-            urdf = urdf.replace(f'xyz="{sign}0.15 ', f'xyz="{sign}{L / 2} ').replace(f' {sign}0.2 0"', f' {sign}{B / 2} 0"')
-        (folder / "jnpf_4wd.toml").write_text(toml)
-        (folder / "jnpf_4wd.urdf").write_text(urdf)
-        return str(folder / "jnpf_4wd.toml")
+def treadmark_robot(folder):
+    """The shipped JNPF robot with these dimensions and equal tyres."""
+    toml = (ROOT / "robots/jnpf_4wd.toml").read_text()
+    toml = toml.replace("0.10006", str(R)).replace("0.09994", str(R))
+    urdf = (ROOT / "robots/jnpf_4wd.urdf").read_text()
+    for sign in ("", "-"):
+        urdf = urdf.replace(f'xyz="{sign}0.15 ', f'xyz="{sign}{L / 2} ').replace(f' {sign}0.2 0"', f' {sign}{B / 2} 0"')
+    (folder / "jnpf_4wd.toml").write_text(toml)
+    (folder / "jnpf_4wd.urdf").write_text(urdf)
+    return str(folder / "jnpf_4wd.toml")
 
+
+def treadmark_cost(file, dt, rigid=False, attempts=1):
+    """Processor time of a simulated second of a spin by the driver, logging and controllers included: what a spin of ten
+    turns takes more than one of one turn, as whole processes. With it what the driver says of the long one."""
+
+    def drive(turns):
+        with tempfile.TemporaryDirectory() as name:
+            arguments = [BINARY, "drive", "--robot", file, "--protocol", "spin", "--turn", str(turns * 6.2832),
+                         "--time-step", str(dt), "--no-survey-noise", "--no-scatter", "--no-recording", "--json",
+                         "--out", f"{name}/out"] + (["--tyre", "rigid"] if rigid else [])
+            child = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
+            text = child.stdout.read()
+            _, status, usage = os.wait4(child.pid, 0)
+            child.returncode = os.waitstatus_to_exitcode(status)
+            child.stdout.close()
+            return usage.ru_utime + usage.ru_stime, json.loads(text)
+
+    short, long = ([drive(turns) for _ in range(attempts)] for turns in (1, 10))
+    least = lambda runs: min(cost for cost, _ in runs)
+    done = long[0][1]
+    return (least(long) - least(short)) / (done["simulated_s"] - short[0][1]["simulated_s"]), done
+
+
+def treadmark():
     def run(dt, rigid=False):
         with tempfile.TemporaryDirectory() as name:
-            file = robot(Path(name))
-            # A spin of ten turns by the driver: what its ways and the robot turned from mark to mark, start and stop included.
-            drive = [BINARY, "drive", "--robot", file, "--protocol", "spin", "--turn", "62.83", "--time-step", str(dt),
-                     "--no-survey-noise", "--no-scatter", "--no-recording", "--json"]
-            arguments, costs = drive + (["--tyre", "rigid"] if rigid else []), []
-            for attempt in range(3):
-                done = json.loads(subprocess.run(arguments + ["--out", f"{name}/out{attempt}"], check=True,
-                                                 capture_output=True, text=True).stdout)
-                costs.append(done["wall_s"] / done["simulated_s"])
-            cost = min(costs)  # wall time: the quietest of three
+            file = treadmark_robot(Path(name))
+            cost, done = treadmark_cost(file, dt, rigid, 3)
             if rigid:
                 believed = 0.5966  # track in the model file
                 return done["odometry"]["heading_rad"] * believed / done["actual"]["heading_rad"] / B, cost, R
@@ -133,22 +149,19 @@ def treadmark():
 
 # ---------------------------------------------------------------- MuJoCo
 
-def mujoco_engine():
-    import mujoco
-
-    def model(dt, option, geom, shape):
-        wheel = f'type="cylinder" size="{R} {W / 2}" euler="90 0 0"' if shape == "cylinder" else \
-            f'type="ellipsoid" size="{R} {W / 2} {R}"'
-        wheels, motors = "", ""
-        for name, x, y in PLACES:
-            wheels += f"""
+def mujoco_model(dt, option, geom, shape):
+    wheel = f'type="cylinder" size="{R} {W / 2}" euler="90 0 0"' if shape == "cylinder" else \
+        f'type="ellipsoid" size="{R} {W / 2} {R}"'
+    wheels, motors = "", ""
+    for name, x, y in PLACES:
+        wheels += f"""
       <body name="{name}" pos="{x * L / 2} {y * B / 2} 0">
-        <joint name="{name}" axis="0 1 0" armature="{ROTOR}"/>
-        <inertial pos="0 0 0" mass="{WHEEL}" diaginertia="{I_CROSS} {I_AXLE} {I_CROSS}"/>
-        <geom {wheel} friction="{MU} 0.005 0.0001" {geom}/>
+    <joint name="{name}" axis="0 1 0" armature="{ROTOR}"/>
+    <inertial pos="0 0 0" mass="{WHEEL}" diaginertia="{I_CROSS} {I_AXLE} {I_CROSS}"/>
+    <geom {wheel} friction="{MU} 0.005 0.0001" {geom}/>
       </body>"""
-            motors += f'<velocity joint="{name}" kv="{MOTOR}"/>'
-        return f"""
+        motors += f'<velocity joint="{name}" kv="{MOTOR}"/>'
+    return f"""
 <mujoco><compiler angle="degree"/><option timestep="{dt}" gravity="0 0 -9.80665" {option}/>
   <worldbody>
     <geom type="plane" size="20 20 1" friction="{MU} 0.005 0.0001" {geom}/>
@@ -157,8 +170,16 @@ def mujoco_engine():
     </body>
   </worldbody><actuator>{motors}</actuator></mujoco>"""
 
+
+# Found by search over some sixty settings: contact that gets stiff over 2 mm does not make wheels hop.
+SOFT = 'solref="-600 -50" solimp="0 0.95 0.002 0.5 1"'
+
+
+def mujoco_engine():
+    import mujoco
+
     def make(dt, option, geom, shape):
-        m = mujoco.MjModel.from_xml_string(model(dt, option, geom, shape))
+        m = mujoco.MjModel.from_xml_string(mujoco_model(dt, option, geom, shape))
         d = mujoco.MjData(m)
 
         def command(left, right):
@@ -178,18 +199,16 @@ def mujoco_engine():
 
     best = 'cone="elliptic" integrator="implicitfast"'
     sharp = best + ' impratio="100"'
-    # Found by search over some sixty settings: contact that gets stiff over 2 mm does not make wheels hop.
-    soft = 'solref="-600 -50" solimp="0 0.95 0.002 0.5 1"'
     settings = [
         ("default", "", "", "cylinder"),
         ("elliptic, implicitfast", best, "", "cylinder"),
         ("… impratio 100", sharp, "", "cylinder"),
         ("… noslip 50", best + ' noslip_iterations="50"', "", "cylinder"),
         ("… impratio 100, solref 0.05", sharp, 'solref="0.05 1"', "cylinder"),
-        ("elliptic, implicitfast, contact soft over 2 mm", best, soft, "cylinder"),
-        ("pyramid, contact soft over 2 mm", 'integrator="implicitfast"', soft, "cylinder"),
+        ("elliptic, implicitfast, contact soft over 2 mm", best, SOFT, "cylinder"),
+        ("pyramid, contact soft over 2 mm", 'integrator="implicitfast"', SOFT, "cylinder"),
         ("ellipsoid wheels, elliptic, implicitfast", best, "", "ellipsoid"),
-        ("ellipsoid wheels, contact soft over 2 mm", best, soft, "ellipsoid"),
+        ("ellipsoid wheels, contact soft over 2 mm", best, SOFT, "ellipsoid"),
     ]
     for name, option, geom, shape in settings:
         for dt in STEPS:
@@ -378,8 +397,58 @@ def versions(package):
         return "missing"
 
 
+# ---------------------------------------------------------------- cost alone
+
+def duel(rounds=6):
+    """Processor time of a simulated second of treadmark and of MuJoCo, turn about on one core, the least of `rounds` of each.
+
+    MuJoCo steps a hundred times a call, so that Python has no part in it; treadmark's drivers, encoders and logs have."""
+    import mujoco
+
+    if hasattr(os, "sched_setaffinity"):
+        os.sched_setaffinity(0, {min(os.sched_getaffinity(0))})
+    fast = 'integrator="implicitfast"'
+
+    def spinning(dt, option, geom, shape):
+        m = mujoco.MjModel.from_xml_string(mujoco_model(dt, option, geom, shape))
+        d = mujoco.MjData(m)
+        d.ctrl[:] = [-SPEED, SPEED, -SPEED, SPEED]
+        steps = 100
+        mujoco.mj_step(m, d, nstep=round(1.0 / dt))
+
+        def once():
+            began = time.process_time()
+            for _ in range(round(4.0 / dt) // steps):
+                mujoco.mj_step(m, d, nstep=steps)
+            return (time.process_time() - began) / 4.0
+
+        return once
+
+    with tempfile.TemporaryDirectory() as name:
+        file = treadmark_robot(Path(name))
+        label = f"MuJoCo {mujoco.__version__}"
+        contestants = [("treadmark", "tyre patches", dt, lambda dt=dt: treadmark_cost(file, dt)[0])
+                       for dt in (1e-3, 2.5e-3, 5e-3)]
+        contestants += [(label, setting, dt, spinning(dt, option, geom, shape))
+                        for setting, option, geom, shape in (
+                            ("default", "", "", "cylinder"),
+                            ("pyramid, contact soft over 2 mm", fast, SOFT, "cylinder"),
+                            ("ellipsoid wheels, contact soft over 2 mm", 'cone="elliptic" ' + fast, SOFT, "ellipsoid"))
+                        for dt in (1e-3, 2.5e-3, 5e-3)]
+        least = [math.inf] * len(contestants)
+        for _ in range(rounds):
+            for index, (_, _, _, once) in enumerate(contestants):
+                least[index] = min(least[index], once())
+    print("| engine | setting | step [ms] | cost [ms/s] | µs a step |")
+    print("|---|---|---|---|---|")
+    for (engine, setting, dt, _), cost in zip(contestants, least):
+        print(f"| {engine} | {setting} | {1e3 * dt:g} | {1e3 * cost:.2f} | {1e6 * cost * dt:.2f} |")
+
+
 def main():
     wanted = sys.argv[1:]
+    if wanted == ["duel"]:
+        return duel()
     engines = [("treadmark", treadmark, None), ("MuJoCo", mujoco_engine, "mujoco"), ("Bullet", bullet_engine, "pybullet"),
                ("Drake", drake_engine, "drake")]
     print(f"Python {platform.python_version()}, one core; theory for points 1 + (l/b)² = {THEORY:.4f}")

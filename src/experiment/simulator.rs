@@ -15,7 +15,7 @@ pub struct Simulator<'a> {
 }
 
 impl<'a> Simulator<'a> {
-    /// Step of the simulations that a diagnosis makes \[s\]: twice the default; end poses move by a tenth of a survey's σ.
+    /// Step of the simulations that a diagnosis makes \[s\], unless the scene's is longer: the default.
     pub const TIME_STEP: f64 = 2.5e-3;
 
     /// A simulator of `scene` as given; `stop` set from outside ends what it does.

@@ -12,6 +12,7 @@ mod shipped;
 mod survey;
 mod tyre;
 mod urdf;
+mod whole;
 
 pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
@@ -21,6 +22,7 @@ pub use shape::{Body, PlacedShape, Placement, Shape};
 pub use shipped::{ROBOTS, WORLDS};
 pub use survey::{Scatter, Survey};
 pub use tyre::Tyre;
+pub use whole::RoundWheel;
 
 /// Standard gravity \[m/s²\] (CGPM 1901).
 pub const GRAVITY: f64 = 9.80665;
@@ -65,9 +67,9 @@ pub enum Contact {
     Rigid,
 }
 
-/// Default length of a simulation step \[s\]: halving it moves no 4 m end pose by more than 0.1 mm and 0.1 mrad beyond
-/// what one encoder tick amounts to (test `analytic::halving_the_step`).
-pub const DEFAULT_TIME_STEP: f64 = 1.25e-3;
+/// Default length of a simulation step \[s\]: halving it moves no 4 m end pose by more than 0.1 mm and 0.1 mrad (test
+/// `analytic::halving_the_step`).
+pub const DEFAULT_TIME_STEP: f64 = 2.5e-3;
 
 impl Scene {
     /// Reads a robot and a world, each a file or the name of a shipped one, under the default survey and scatter.

@@ -1,11 +1,14 @@
 //! Scene → rapier: bodies, joints and colliders.
+//!
+//! On patches the robot is one body and its wheels are spins (see `wheel`); the engine's own cylinders are bodies of their
+//! own, each on a hinge.
 
 use super::convert;
 use super::error::WorldError;
 use super::ground::Ground;
 use crate::geometry::Pose2;
 use crate::scene::{Body, Contact, Placement, Robot, Scene, Shape, Wheel};
-use nalgebra::{Matrix3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use rapier3d::math::{Pose, Rotation, Vector};
 use rapier3d::parry::query::intersection_test;
 use rapier3d::parry::shape::SharedShape;
@@ -17,8 +20,10 @@ use rapier3d::prelude::{
 /// The engine with the robot in it, at rest on the ground.
 pub(super) struct Bodies {
     pub physics: PhysicsWorld,
+    /// The chassis; on patches the whole robot.
     pub chassis: RigidBodyHandle,
-    pub wheels: Vec<RigidBodyHandle>,
+    /// The engine's own wheels, where it has any.
+    pub hinged: Vec<RigidBodyHandle>,
 }
 
 /// Builds the engine's bodies for `scene` with the robot's base over `start`.
@@ -36,43 +41,67 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
     // One sweep leaves hinges open by about g dt²; two bring the loads of a spinning robot within 0.1 % of each other.
     settings.num_internal_pgs_iterations = 2;
     settings.friction_model = FrictionModel::Coulomb;
+    // Sweeps for tunnelling: nothing here moves by its own size in a step, and no body asks for them.
+    settings.max_ccd_substeps = 0;
+    if scene.contact == Contact::Patch {
+        // How near is near, among other things: a chassis a hand above the floor is not worth a look at every step.
+        settings.length_unit = 0.1;
+    }
 
     let chassis_friction = scene.floor.plane.map_or(0.3, |plane| plane.chassis_friction);
     for piece in &ground.pieces {
-        let collider = ColliderBuilder::new(piece.shape.clone())
-            .position(piece.room_from_shape)
+        let (shape, room_from_shape) = match (scene.contact, piece.obstacle) {
+            (Contact::Patch, None) => slab(),
+            _ => (piece.shape.clone(), piece.room_from_shape),
+        };
+        let collider = ColliderBuilder::new(shape)
+            .position(room_from_shape)
             .friction(1.0)
             .friction_combine_rule(CoefficientCombineRule::Multiply);
         physics.insert_collider(collider, None);
     }
 
-    let dynamic = |placement: &Placement, body: &Body, extra: Matrix3<f64>| {
-        RigidBodyBuilder::dynamic().pose(convert::pose(placement)).can_sleep(false).additional_mass_properties(
-            MassProperties::with_inertia_matrix(
-                convert::point(body.centre_of_mass),
-                body.mass,
-                convert::matrix(&(body.inertia + extra)),
-            ),
-        )
+    let room_from = |placement: &Placement| convert::pose(&(room_from_base * placement));
+    let chassis = match scene.contact {
+        Contact::Patch => physics.insert_body(dynamic(convert::pose(&room_from_base), &robot.whole())),
+        Contact::Rigid => physics.insert_body(dynamic(convert::pose(&room_from_base), &robot.chassis)),
     };
-    let chassis = physics.insert_body(dynamic(&room_from_base, &robot.chassis, Matrix3::zeros()));
     for placed in &robot.chassis.collisions {
         physics.insert_collider(solid(&placed.shape, &placed.placement, chassis_friction), Some(chassis));
     }
+    let hinged = match scene.contact {
+        Contact::Patch => Vec::new(),
+        Contact::Rigid => robot
+            .wheels
+            .iter()
+            .map(|wheel| {
+                let axle = wheel.axle.into_inner();
+                let mut body = wheel.body.clone();
+                body.inertia += axle * axle.transpose() * robot.drivetrain.reflected_inertia();
+                let handle = physics.insert_body(dynamic(room_from(&wheel.base_from_wheel), &body));
+                physics.insert_impulse_joint(chassis, handle, hinge(wheel));
+                physics.insert_collider(rigid_tyre(wheel), Some(handle));
+                handle
+            })
+            .collect(),
+    };
+    Ok(Bodies { physics, chassis, hinged })
+}
 
-    let mut wheels = Vec::with_capacity(robot.wheels.len());
-    for wheel in &robot.wheels {
-        // The rotor turns with the wheel through its gear: known difference, its own gyroscopic moment is left out.
-        let axle = wheel.axle.into_inner();
-        let rotor = axle * axle.transpose() * robot.drivetrain.reflected_inertia();
-        let handle = physics.insert_body(dynamic(&(room_from_base * wheel.base_from_wheel), &wheel.body, rotor));
-        physics.insert_impulse_joint(chassis, handle, hinge(wheel));
-        if scene.contact == Contact::Rigid {
-            physics.insert_collider(rigid_tyre(wheel), Some(handle));
-        }
-        wheels.push(handle);
-    }
-    Ok(Bodies { physics, chassis, wheels })
+/// The floor for a chassis to lie on. A half space would be near everything at every step; this is near what is low.
+fn slab() -> (SharedShape, Pose) {
+    let [far, deep] = [1e3, 1.0];
+    (SharedShape::cuboid(far, far, deep), Pose::from_translation(Vector::Z * -deep))
+}
+
+fn dynamic(room_from_body: Pose, body: &Body) -> RigidBodyBuilder {
+    RigidBodyBuilder::dynamic().pose(room_from_body).can_sleep(false).additional_mass_properties(
+        MassProperties::with_inertia_matrix(
+            convert::point(body.centre_of_mass),
+            body.mass,
+            convert::matrix(&body.inertia),
+        ),
+    )
 }
 
 /// Where the base stands so that the lowest tyres bear the robot, squashed as at rest.

@@ -111,7 +111,10 @@ impl Piece {
     /// On a face the way is the face's normal, which a wheel that leans a little meets a little aside of its mid-plane;
     /// a corner under the tread pushes within the wheel's plane.
     fn nearest(&self, centre: Vector, axle: Vector, width: f64) -> Option<(Vector, Vector)> {
-        let point = self.shape.project_point(&self.room_from_shape, centre, true).point;
+        let point = match self.obstacle {
+            None => Vector::new(centre.x, centre.y, 0.0),
+            Some(_) => self.shape.project_point(&self.room_from_shape, centre, true).point,
+        };
         let away = centre - point;
         let aside = away.dot(axle);
         let radial = away - axle * aside;

@@ -1,12 +1,13 @@
 //! Scene → rapier: bodies and joints, ground queries, tyre patches, drivetrains, encoders; one step at a time.
 //!
 //! A step, in order: encoders are read and speed loops run, each at its rate; every tyre's patch is carried on and its
-//! force, with drivetrain torque on wheel and chassis, given to the engine; the engine moves the bodies (velocities
-//! first, then positions with the new velocities: symplectic Euler, first order in the step).
+//! force, with drivetrain torque on wheel and chassis, given to wheels' spins and to the engine; the engine moves the robot's
+//! body (velocities first, then positions with the new velocities: symplectic Euler, first order in the step).
 //!
 //! rapier and parry stay in this room, and glam with them.
 
 mod bodies;
+mod caster;
 mod convert;
 mod drivetrain;
 mod error;
@@ -14,23 +15,23 @@ mod ground;
 mod patch;
 mod snapshot;
 mod unevenness;
+mod wheel;
 
 pub use error::WorldError;
-pub use patch::{CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, PatchMotion};
+pub use patch::{BRISTLE_DAMPING, CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, PatchMotion};
 pub use snapshot::{PatchSnapshot, WheelSnapshot};
 
 use crate::geometry::{Pose2, Twist2, unwrap_near, wrap_angle};
-use crate::scene::{Caster, Contact, EmpiricalTerm, Motion, Placement, Scene, Tyre, Wheel};
+use crate::scene::{EmpiricalTerm, Motion, Placement, Scene};
+use caster::RunningCaster;
 pub use drivetrain::Play;
-use drivetrain::{Counter, Friction, SpeedLoop};
-use ground::{Ground, Touch};
+use ground::Ground;
+use nalgebra::UnitQuaternion;
 use rand_chacha::ChaCha8Rng;
-use rapier3d::math::{Rotation, Vector};
+use rapier3d::math::Vector;
 use rapier3d::prelude::{PhysicsWorld, RigidBody, RigidBodyHandle};
 use unevenness::Unevenness;
-
-/// Pieces of ground that one wheel can press into at once: a floor and the edge of something on it, and one more.
-const MAX_PATCHES: usize = 3;
+use wheel::{BodyState, FloorMotion, Mount, RunningWheel, Wrench};
 
 /// Time over which the speed is smoothed before an acceleration is taken of it \[s\].
 const SMOOTHING: f64 = 0.05;
@@ -55,60 +56,6 @@ pub struct World {
     smooth_speed: f64,
 }
 
-struct RunningWheel {
-    handle: RigidBodyHandle,
-    /// In the wheel frame, pointing left.
-    axle: Vector,
-    /// Rotation of the wheel in the base at angle 0.
-    base_from_wheel: Rotation,
-    contacts: [Contacting; MAX_PATCHES],
-    friction: Friction,
-    counter: Counter,
-    speed_loop: SpeedLoop,
-    /// What the controller has got.
-    ticks: i64,
-    /// What the speed loop has got.
-    prompt_ticks: i64,
-    commanded_speed: f64,
-    /// Where the wheel is to be at the end of the step, when it follows a log instead of its motor \[rad\].
-    follows: Option<f64>,
-    voltage: f64,
-    motor_torque: f64,
-    /// Against the chassis, since the start \[rad\].
-    angle: f64,
-    play: Play,
-    /// Of the encoder \[rad\].
-    encoder_angle: f64,
-    load: f64,
-    force: [f64; 2],
-    slip: [f64; 2],
-}
-
-/// A patch on one piece of ground.
-#[derive(Default)]
-struct Contacting {
-    piece: Option<usize>,
-    /// Touched in this step.
-    live: bool,
-    patch: Patch,
-    place: PatchPlace,
-    load: f64,
-}
-
-/// Where a patch is, in the room.
-#[derive(Clone, Copy, Default)]
-struct PatchPlace {
-    centre: Vector,
-    along: Vector,
-    across: Vector,
-}
-
-struct RunningCaster {
-    caster: Caster,
-    /// Deflection of its one bristle, in the room.
-    bristle: Vector,
-}
-
 impl World {
     /// Puts the scene's robot over `start` in the room, at rest; `scatter` draws this run's uneven floor.
     ///
@@ -120,37 +67,10 @@ impl World {
         let loop_period = steps_between("the drivetrain's loop_rate_hz", robot.drivetrain.loop_rate, scene.time_step)?;
         let ground = Ground::new(&scene.floor);
         let bodies = bodies::build(scene, &ground, start)?;
-        let wheels = robot
-            .wheels
-            .iter()
-            .zip(&bodies.wheels)
-            .map(|(wheel, &handle)| RunningWheel {
-                handle,
-                axle: convert::vector(wheel.axle.into_inner()),
-                base_from_wheel: convert::pose(&wheel.base_from_wheel).rotation,
-                contacts: Default::default(),
-                friction: Friction::default(),
-                counter: Counter::new(&robot.encoder, wheel.count_loss),
-                speed_loop: SpeedLoop::new(&robot.drivetrain, &robot.encoder),
-                ticks: 0,
-                prompt_ticks: 0,
-                commanded_speed: 0.0,
-                follows: None,
-                voltage: 0.0,
-                motor_torque: 0.0,
-                angle: 0.0,
-                play: Play::new(robot.drivetrain.backlash),
-                encoder_angle: 0.0,
-                load: 0.0,
-                force: [0.0; 2],
-                slip: [0.0; 2],
-            })
-            .collect();
-        let casters = robot
-            .casters
-            .iter()
-            .map(|caster| RunningCaster { caster: caster.clone(), bristle: Vector::ZERO })
-            .collect();
+        let hinged = |index: usize| bodies.hinged.get(index).copied();
+        let wheels = robot.wheels.iter().enumerate();
+        let wheels = wheels.map(|(index, wheel)| RunningWheel::new(robot, wheel, hinged(index))).collect();
+        let casters = robot.casters.iter().map(RunningCaster::new).collect();
         Ok(World {
             unevenness: Unevenness::new(scene.scatter, 0.5 * robot.track_width(), scatter),
             scene: scene.clone(),
@@ -229,10 +149,7 @@ impl World {
 
     /// Rate of [`World::wheel_angle`] \[rad/s\].
     pub fn wheel_speed(&self, wheel: usize) -> f64 {
-        let running = &self.wheels[wheel];
-        let body = &self.physics.bodies[running.handle];
-        let axle = *body.rotation() * running.axle;
-        (body.angvel() - self.chassis().angvel()).dot(axle)
+        self.wheels[wheel].speed
     }
 
     /// room_from_base.
@@ -266,13 +183,19 @@ impl World {
 
     fn wheel_snapshot(&self, index: usize) -> WheelSnapshot {
         let running = &self.wheels[index];
-        let tyre = &self.scene.robot.wheels[index].tyre;
+        let wheel = &self.scene.robot.wheels[index];
         let main =
             running.contacts.iter().filter(|contact| contact.live).max_by(|one, other| one.load.total_cmp(&other.load));
         WheelSnapshot {
-            placement: convert::placement(self.physics.bodies[running.handle].position()),
+            placement: match running.mount {
+                Mount::Turning(_) => {
+                    let turned = UnitQuaternion::from_axis_angle(&wheel.axle, running.angle);
+                    self.base() * wheel.base_from_wheel * turned
+                }
+                Mount::Hinged(handle) => convert::placement(self.physics.bodies[handle].position()),
+            },
             angle: running.angle,
-            speed: self.wheel_speed(index),
+            speed: running.speed,
             commanded_speed: running.commanded_speed,
             ticks: self.ticks_now(index),
             motor_torque: running.motor_torque,
@@ -286,8 +209,8 @@ impl World {
                 along: contact.place.along.to_array(),
                 across: contact.place.across.to_array(),
                 half_length: contact.patch.half_length(),
-                width: tyre.width,
-                tractions: contact.patch.tractions(tyre),
+                width: wheel.tyre.width,
+                tractions: contact.patch.tractions(&wheel.tyre),
             }),
         }
     }
@@ -318,70 +241,34 @@ impl World {
     fn apply_forces(&mut self) {
         let dt = self.scene.time_step;
         let floor = self.floor_twist();
-        let (chassis_spin, base, forward) = {
-            let chassis = &self.physics.bodies[self.chassis];
-            (chassis.angvel(), chassis.translation(), *chassis.rotation() * Vector::X)
-        };
-        // Velocity of the moving floor at a point of the room.
-        let floor_velocity = |at: Vector| {
-            forward * floor.forward
-                + Vector::Z.cross(forward) * floor.left
-                + Vector::Z.cross(at - base) * floor.yaw_rate
-        };
+        let body = BodyState::of(self.chassis());
+        let base = body.room_from_base.translation;
+        let forward = body.room_from_base.rotation * Vector::X;
+        let velocity = forward * floor.forward + Vector::Z.cross(forward) * floor.left;
+        let floor = FloorMotion { base, velocity, yaw_rate: floor.yaw_rate };
 
-        let mut reaction = Vector::ZERO;
-        let rigid = self.scene.contact == Contact::Rigid;
-        for (running, wheel) in self.wheels.iter_mut().zip(&self.scene.robot.wheels) {
-            let body = &self.physics.bodies[running.handle];
-            let axle = *body.rotation() * running.axle;
-            let speed = (body.angvel() - chassis_spin).dot(axle);
-            let drivetrain = &self.scene.robot.drivetrain;
-            let (force, torque) = if rigid {
-                (Vector::ZERO, Vector::ZERO)
-            } else {
-                running.press(wheel, &self.ground, body, floor.yaw_rate, &floor_velocity, dt)
-            };
-            let about_axle = match running.follows {
-                None => {
-                    running.motor_torque = drivetrain.motor_torque(running.voltage, speed);
-                    running.motor_torque + running.friction.torque(drivetrain, speed, dt)
+        let mut on_body = Wrench::default();
+        let robot = &self.scene.robot;
+        for (running, wheel) in self.wheels.iter_mut().zip(&robot.wheels) {
+            match running.mount {
+                Mount::Turning(_) => on_body += running.advance(robot, wheel, &self.ground, &body, &floor, dt),
+                Mount::Hinged(handle) => {
+                    let inertia = wheel.spin_inertia() + robot.drivetrain.reflected_inertia();
+                    let drive = running.axle_in_room(&body.room_from_base) * running.drive(robot, inertia, 0.0, dt);
+                    push(&mut self.physics.bodies[handle], Wrench { force: Vector::ZERO, torque: drive });
+                    on_body.torque -= drive;
                 }
-                // Whatever brings the wheel to its place in one step against the tyre's pull.
-                Some(angle) => {
-                    let inertia = wheel.spin_inertia() + drivetrain.reflected_inertia();
-                    let wanted = (angle - running.angle) / dt;
-                    running.motor_torque = inertia * (wanted - speed) / dt - torque.dot(axle);
-                    running.motor_torque
-                }
-            };
-            let drive = axle * about_axle;
-            reaction -= drive;
-            let body = &mut self.physics.bodies[running.handle];
-            body.reset_forces(false);
-            body.reset_torques(false);
-            body.add_force(force, false);
-            body.add_torque(torque + drive, false);
+            }
         }
-        let mut force = Vector::ZERO;
-        let mut torque = reaction;
         if let Some(tether) = &self.scene.tether {
             let [x, y, z] = tether.anchor;
-            let chassis = &self.physics.bodies[self.chassis];
             let pull = (Vector::new(x, y, z) - base).normalize() * tether.pull;
-            force += pull;
-            torque += (base - chassis.center_of_mass()).cross(pull);
+            on_body += Wrench { force: pull, torque: (base - body.mass_centre).cross(pull) };
         }
-        let chassis = &self.physics.bodies[self.chassis];
         for caster in &mut self.casters {
-            let (pushed, turned) = caster.press(&self.ground, chassis, &floor_velocity, dt);
-            force += pushed;
-            torque += turned;
+            on_body += caster.press(&self.ground, &body, &floor, dt);
         }
-        let chassis = &mut self.physics.bodies[self.chassis];
-        chassis.reset_forces(false);
-        chassis.reset_torques(false);
-        chassis.add_force(force, false);
-        chassis.add_torque(torque, false);
+        push(&mut self.physics.bodies[self.chassis], on_body);
     }
 
     /// The twist of the floor under the tyres: an uneven floor's, and that of empirical terms.
@@ -407,36 +294,30 @@ impl World {
         floor
     }
 
-    /// Rotation of each wheel against the chassis, from the bodies' orientations.
+    /// Rotation of each wheel against the chassis, and heading.
     fn read_angles(&mut self) {
-        let chassis = &self.physics.bodies[self.chassis];
-        let rotation = *chassis.rotation();
-        for running in &mut self.wheels {
-            let turned =
-                (rotation * running.base_from_wheel).inverse() * *self.physics.bodies[running.handle].rotation();
-            let about_axle = Vector::new(turned.x, turned.y, turned.z).dot(running.axle);
-            let turned = wrap_angle(2.0 * about_axle.atan2(turned.w) - running.angle);
-            running.angle += turned;
-            running.encoder_angle += running.play.encoder(turned);
-        }
-        let forward = rotation * Vector::X;
-        self.heading = unwrap_near(forward.y.atan2(forward.x), self.heading);
-        if self.scene.contact == Contact::Rigid {
-            self.read_rigid_loads();
-        }
-    }
-
-    /// The engine's own contacts: load only.
-    fn read_rigid_loads(&mut self) {
         let dt = self.scene.time_step;
-        for running in &mut self.wheels {
-            running.load = self.physics.bodies[running.handle]
-                .colliders()
-                .iter()
-                .flat_map(|&collider| self.physics.contact_pairs_with(collider))
-                .map(|pair| pair.total_impulse().length() / dt)
-                .sum();
+        let chassis = &self.physics.bodies[self.chassis];
+        for (running, wheel) in self.wheels.iter_mut().zip(&self.scene.robot.wheels) {
+            match running.mount {
+                Mount::Turning(_) => running.follow_body(chassis, dt),
+                Mount::Hinged(handle) => {
+                    let body = &self.physics.bodies[handle];
+                    let axle = running.axle_in_room(chassis.position());
+                    let speed = (body.angvel() - chassis.angvel()).dot(axle);
+                    let at_zero = *chassis.rotation() * convert::pose(&wheel.base_from_wheel).rotation;
+                    let turned = at_zero.inverse() * *body.rotation();
+                    let sine = Vector::new(turned.x, turned.y, turned.z).dot(convert::vector(wheel.axle.into_inner()));
+                    running.turned(speed, wrap_angle(2.0 * sine.atan2(turned.w) - running.angle));
+                    // The engine's own contacts: load only.
+                    let colliders = body.colliders().iter();
+                    let pairs = colliders.flat_map(|&collider| self.physics.contact_pairs_with(collider));
+                    running.load = pairs.map(|pair| pair.total_impulse().length() / dt).sum();
+                }
+            }
         }
+        let forward = *chassis.rotation() * Vector::X;
+        self.heading = unwrap_near(forward.y.atan2(forward.x), self.heading);
     }
 
     fn check(&self) -> Result<(), WorldError> {
@@ -457,128 +338,12 @@ impl World {
     }
 }
 
-impl RunningWheel {
-    /// Presses the tyre on the ground; returns force and torque about the wheel's centre of mass, in the room.
-    fn press(
-        &mut self,
-        wheel: &Wheel,
-        ground: &Ground,
-        body: &RigidBody,
-        floor_spin: f64,
-        floor_velocity: &impl Fn(Vector) -> Vector,
-        dt: f64,
-    ) -> (Vector, Vector) {
-        let [uneven, phase] = wheel.out_of_round;
-        let tyre = &if uneven == 0.0 {
-            wheel.tyre
-        } else {
-            Tyre { free_radius: wheel.tyre.free_radius * (1.0 + uneven * (self.angle - phase).cos()), ..wheel.tyre }
-        };
-        let centre = body.translation();
-        let mass_centre = body.center_of_mass();
-        let axle = *body.rotation() * self.axle;
-        let spin = body.angvel();
-        let rolling_rate = spin.dot(axle);
-        let (mut force, mut torque) = (Vector::ZERO, Vector::ZERO);
-        self.load = 0.0;
-        self.force = [0.0; 2];
-        self.slip = [0.0; 2];
-        for contact in &mut self.contacts {
-            contact.live = false;
-        }
-        ground.touches(centre, axle, tyre.free_radius, tyre.width, |touch| {
-            let Some(contact) = claim(&mut self.contacts, &touch) else { return };
-            let Touch { point, normal, depth, .. } = touch;
-            // Velocities live half a step back (they are what moved the bodies here), forces half a step ahead: the
-            // patch is turned accordingly, or a spinning robot's effective track would depend on the step.
-            let half_turn = spin.dot(normal) * 0.5 * dt;
-            let now = axle.cross(normal).normalize();
-            let aside = normal.cross(now);
-            let (along, across) = (now - aside * half_turn, aside + now * half_turn);
-            let velocity = body.velocity_at_point(point) - floor_velocity(point);
-            let load = (tyre.vertical_stiffness * depth - tyre.vertical_damping * velocity.dot(normal)).max(0.0);
-            // The bodies' own motion carries the point at the loaded radius; the tread rolls at the rolling radius.
-            let rolling_radius = tyre.rolling_radius(depth);
-            let loaded_radius = tyre.free_radius - depth;
-            let motion = PatchMotion {
-                slip_along: velocity.dot(along) + rolling_rate * (loaded_radius - rolling_radius),
-                slip_across: velocity.dot(across),
-                spin: spin.dot(normal) - floor_spin,
-                rolling: rolling_rate * rolling_radius,
-            };
-            let shear = contact.patch.advance(tyre, load, depth, ground.grip_ratio(&touch), &motion, dt);
-            let (along, across) = (now + aside * half_turn, aside - now * half_turn);
-            let pushed = along * shear.along + across * shear.across + normal * load;
-            force += pushed;
-            // About the axle the shear acts at the rolling radius, so that its power is that of slip alone.
-            torque += (point - mass_centre).cross(pushed)
-                + normal * shear.moment
-                + axle * (shear.along * (loaded_radius - rolling_radius));
-            contact.place = PatchPlace { centre: point, along, across };
-            contact.load = load;
-            self.load += load;
-            self.force[0] += shear.along;
-            self.force[1] += shear.across;
-            self.slip = [motion.slip_along, motion.slip_across];
-        });
-        for contact in &mut self.contacts {
-            if !contact.live && contact.piece.is_some() {
-                contact.piece = None;
-                contact.patch.release();
-            }
-        }
-        (force, torque)
-    }
-}
-
-/// The patch that this wheel has, or can have, on the touched piece.
-fn claim<'a>(contacts: &'a mut [Contacting; MAX_PATCHES], touch: &Touch) -> Option<&'a mut Contacting> {
-    let index = contacts
-        .iter()
-        .position(|contact| contact.piece == Some(touch.piece))
-        .or_else(|| contacts.iter().position(|contact| contact.piece.is_none()))?;
-    let contact = &mut contacts[index];
-    contact.piece = Some(touch.piece);
-    contact.live = true;
-    Some(contact)
-}
-
-impl RunningCaster {
-    /// Presses the ball on the ground; returns force and torque about the chassis' centre of mass, in the room. Its drag
-    /// is one bristle, as stiff as the ball is, cut back to `drag_coefficient` times the load.
-    fn press(
-        &mut self,
-        ground: &Ground,
-        chassis: &RigidBody,
-        floor_velocity: &impl Fn(Vector) -> Vector,
-        dt: f64,
-    ) -> (Vector, Vector) {
-        let caster = &self.caster;
-        let centre = *chassis.position() * convert::point(caster.centre);
-        let (mut force, mut torque) = (Vector::ZERO, Vector::ZERO);
-        let bristle = &mut self.bristle;
-        let mut touched = false;
-        ground.touches(centre, Vector::ZERO, caster.radius, 2.0 * caster.radius, |touch| {
-            let Touch { point, normal, depth, .. } = touch;
-            let velocity = chassis.velocity_at_point(point) - floor_velocity(point);
-            let load = (caster.vertical_stiffness * depth - caster.vertical_damping * velocity.dot(normal)).max(0.0);
-            let mut pushed = normal * load;
-            if caster.drag_coefficient > 0.0 && !touched {
-                let slip = velocity - normal * velocity.dot(normal);
-                *bristle -= slip * dt;
-                let limit = caster.drag_coefficient * load * ground.grip_ratio(&touch) / caster.vertical_stiffness;
-                *bristle = bristle.clamp_length_max(limit);
-                pushed += *bristle * caster.vertical_stiffness;
-            }
-            touched = true;
-            force += pushed;
-            torque += (point - chassis.center_of_mass()).cross(pushed);
-        });
-        if !touched {
-            *bristle = Vector::ZERO;
-        }
-        (force, torque)
-    }
+/// Sets what pushes on a body in the coming step.
+fn push(body: &mut RigidBody, wrench: Wrench) {
+    body.reset_forces(false);
+    body.reset_torques(false);
+    body.add_force(wrench.force, false);
+    body.add_torque(wrench.torque, false);
 }
 
 /// How many steps make one period of `rate` \[Hz\].

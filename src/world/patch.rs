@@ -12,6 +12,12 @@
 //!   this is the radial return, f against s; on an ellipse a radial return would leave b_eff/b = 1 + (l/b)² whatever
 //!   μ_y/μ_x, where it is 1 + (μ_y/μ_x)² (l/b)².
 //!
+//! The motion handed in is that of the middle of the step, as the engine's leapfrog has it, so that bristles that stick are
+//! stretched to second order in the step. Bristles that slide are turned to the slip's direction by the return at the step's
+//! end, a backward Euler step of their relaxation, which lags by half a step; they get the slip half a step ahead, carried on
+//! by its last change, which takes away that lag's first order. What is left is first order still, and small: transport and
+//! the vertical damper are backward differences. Sticking bristles must not lead: on a light robot it would be a stiff spring's.
+//!
 //! Transport is upwind and implicit in time, so that it is stable at any speed; its steady state has the full brush
 //! model's force at small slip exactly, by the choice of k, and at full sliding exactly. Known differences from a real
 //! tyre: no carcass bending, no camber thrust, friction that does not fall with sliding speed, no rolling resistance.
@@ -19,6 +25,7 @@
 //! Validated by `analytic::patch_*` (brush theory, passivity) and `analytic::spin_*` (effective track).
 
 use crate::scene::Tyre;
+use wide::f64x4;
 
 /// Cells along the patch.
 pub const CELLS_ALONG: usize = 8;
@@ -27,7 +34,10 @@ pub const CELLS_ACROSS: usize = 4;
 
 /// Time over which a bristle's own motion is damped \[s\]: it lets a parked robot come to rest, and is nothing in steady
 /// rolling or sliding.
-const BRISTLE_DAMPING: f64 = 1.0e-3;
+pub const BRISTLE_DAMPING: f64 = 1.0e-3;
+
+/// What counts as no load \[N\]: a limit has to be divided by.
+const NO_LOAD: f64 = 1e-9;
 
 /// Share of the load on one cell of each row along the patch: the integral of the parabola over it, over the width.
 const LOAD_SHARE: [f64; CELLS_ALONG] = {
@@ -44,12 +54,25 @@ const LOAD_SHARE: [f64; CELLS_ALONG] = {
     share
 };
 
-type Row = [f64; CELLS_ACROSS];
+/// One over each.
+const PER_LOAD_SHARE: [f64; CELLS_ALONG] = {
+    let mut per = LOAD_SHARE;
+    let mut i = 0;
+    while i < CELLS_ALONG {
+        per[i] = 1.0 / LOAD_SHARE[i];
+        i += 1;
+    }
+    per
+};
+
+/// Cells of a row across the patch, which are independent of each other and go side by side in the processor's lanes.
+/// Lane by lane these are IEEE operations: the bits are the same whatever the processor's lanes are.
+type Row = f64x4;
 
 /// Steps of the search for the nearest point of an ellipse: from 10 % outside, as a step leaves it, two reach 10⁻⁹.
 const SEARCH_STEPS: usize = 3;
 
-/// A friction limit: half axes of an ellipse, each as its inverse, 0 for no limit.
+/// A friction limit: half axes of an ellipse, each as its inverse.
 #[derive(Clone, Copy)]
 struct Limit {
     inverse_along: f64,
@@ -59,29 +82,39 @@ struct Limit {
 }
 
 impl Limit {
-    /// Factors on a force (f, g) along and across that bring it into the limit: 1 inside. `ELLIPSE` is whether the two
+    /// Square of how far forces (f, g) reach to the limit: above 1 outside.
+    #[inline(always)]
+    fn saturation(&self, f: Row, g: Row) -> Row {
+        let (f, g) = (f * self.inverse_along, g * self.inverse_across);
+        f * f + g * g
+    }
+
+    /// Factors on forces (f, g) along and across that bring them into the limit: 1 inside. `ELLIPSE` is whether the two
     /// half axes differ.
     #[inline(always)]
-    fn back<const ELLIPSE: bool>(&self, f: f64, g: f64) -> [f64; 2] {
-        let (x, y) = ((f * self.inverse_along).powi(2), (g * self.inverse_across).powi(2));
-        let radial = |saturation: f64| if saturation > 1.0 { 1.0 / saturation.sqrt() } else { 1.0 };
+    fn back<const ELLIPSE: bool>(&self, f: Row, g: Row) -> [Row; 2] {
+        // Without branches, so that the lanes go together: what is inside is divided by 1.
+        let inside = |saturation: Row| saturation.fast_max(Row::ONE);
         if !ELLIPSE {
-            let back = radial(x + y);
+            let back = Row::ONE / inside(self.saturation(f, g)).sqrt();
             return [back, back];
         }
         // The nearest point is (f/(1 + λ), g k²/(k² + λ)) with λ ≥ 0 such that it lies on the ellipse; one over the root of
         // its saturation is concave in λ and nearly straight, so that Newton's steps come from below and are few.
-        let k2 = self.ratio_squared;
-        let mut lambda = 0.0;
+        let k2 = Row::splat(self.ratio_squared);
+        let (x, y) = (f * self.inverse_along, g * self.inverse_across);
+        let (x, y) = (x * x, y * y);
+        let mut lambda = Row::ZERO;
         for _ in 0..SEARCH_STEPS {
-            let (p, q) = (1.0 / (1.0 + lambda), k2 / (k2 + lambda));
+            let (p, q) = (Row::ONE / (Row::ONE + lambda), k2 / (k2 + lambda));
             let (of_x, of_y) = (x * p * p, y * q * q);
-            let saturation = (of_x + of_y).max(1.0);
-            let slope = of_x * p + of_y * q / k2;
-            lambda += if saturation > 1.0 { saturation * (saturation.sqrt() - 1.0) / slope } else { 0.0 };
+            let saturation = inside(of_x + of_y);
+            // Where both are 0 there is nothing to bring back.
+            let slope = (of_x * p + of_y * q / k2).fast_max(Row::splat(f64::MIN_POSITIVE));
+            lambda += saturation * (saturation.sqrt() - Row::ONE) / slope;
         }
-        let (p, q) = (1.0 / (1.0 + lambda), k2 / (k2 + lambda));
-        let rest = radial(x * p * p + y * q * q);
+        let (p, q) = (Row::ONE / (Row::ONE + lambda), k2 / (k2 + lambda));
+        let rest = Row::ONE / inside(x * p * p + y * q * q).sqrt();
         [p * rest, q * rest]
     }
 }
@@ -98,6 +131,8 @@ pub struct Patch {
     force_across: [Row; CELLS_ALONG],
     /// a of the last step \[m\].
     half_length: f64,
+    /// Motion in the last step; `None` where the tyre has just touched.
+    before: Option<PatchMotion>,
 }
 
 /// How a patch moves over the ground.
@@ -126,8 +161,8 @@ pub struct PatchForce {
 
 impl Default for Patch {
     fn default() -> Self {
-        let still = [[0.0; CELLS_ACROSS]; CELLS_ALONG];
-        Patch { along: still, across: still, force_along: still, force_across: still, half_length: 0.0 }
+        let still = [Row::ZERO; CELLS_ALONG];
+        Patch { along: still, across: still, force_along: still, force_across: still, half_length: 0.0, before: None }
     }
 }
 
@@ -170,48 +205,66 @@ impl Patch {
         let damping = BRISTLE_DAMPING / dt;
         let carried = motion.rolling.abs() * dt / cell_length;
         let keep = 1.0 / (1.0 + carried);
+        let passed_on = carried * keep;
         let forward = motion.rolling >= 0.0;
+        let before = self.before.replace(*motion).unwrap_or(*motion);
+        // Way that half of the slip's change since the last step makes in this one, at the centre, and a metre beside it.
+        let ahead = |now: f64, before: f64| 0.5 * (now - before) * dt * keep;
+        let ahead_across = ahead(motion.slip_across, before.slip_across);
+        let ahead_turn = ahead(motion.spin, before.spin);
+        let eta = Row::from(std::array::from_fn(|j| cell_width * (j as f64 - 0.5 * (CELLS_ACROSS - 1) as f64)));
+        let ahead_along = Row::splat(ahead(motion.slip_along, before.slip_along)) - eta * ahead_turn;
+        let way_along = (Row::splat(motion.slip_along) - eta * motion.spin) * dt;
+        let inverse = 1.0 / (grip * load).max(NO_LOAD);
+        let (inverse_along, inverse_across) = (inverse / tyre.friction_along, inverse / tyre.friction_across);
+        let ratio_squared = if ELLIPSE { (tyre.friction_across / tyre.friction_along).powi(2) } else { 1.0 };
 
-        let mut force = PatchForce::default();
-        let (mut entering_along, mut entering_across) = ([0.0; CELLS_ACROSS], [0.0; CELLS_ACROSS]);
+        let (mut force_along, mut force_across, mut moment) = (Row::ZERO, Row::ZERO, Row::ZERO);
+        let (mut entering_along, mut entering_across) = (Row::ZERO, Row::ZERO);
         for step in 0..CELLS_ALONG {
             let i = if forward { CELLS_ALONG - 1 - step } else { step };
             let xi = a * ((2 * i + 1) as f64 / CELLS_ALONG as f64 - 1.0);
-            let limit = grip * load * LOAD_SHARE[i];
-            let (limit_along, limit_across) = (tyre.friction_along * limit, tyre.friction_across * limit);
-            let (inverse_along, inverse_across) =
-                if limit > 0.0 { (1.0 / limit_along, 1.0 / limit_across) } else { (0.0, 0.0) };
-            let ratio_squared = (tyre.friction_across / tyre.friction_along).powi(2);
-            let limit = Limit { inverse_along, inverse_across, ratio_squared };
-            let slip_across = motion.slip_across + motion.spin * xi;
-            for j in 0..CELLS_ACROSS {
-                let eta = cell_width * (j as f64 - 0.5 * (CELLS_ACROSS - 1) as f64);
-                let slip_along = motion.slip_along - motion.spin * eta;
-                let (old_along, old_across) = (self.along[i][j], self.across[i][j]);
-                let mut u = (old_along + carried * entering_along[j] - slip_along * dt) * keep;
-                let mut v = (old_across + carried * entering_across[j] - slip_across * dt) * keep;
-                // Back to the friction ellipse.
-                let [back_along, back_across] = limit.back::<ELLIPSE>(stiffness * u, stiffness * v);
+            let of_force = Limit {
+                inverse_along: inverse_along * PER_LOAD_SHARE[i],
+                inverse_across: inverse_across * PER_LOAD_SHARE[i],
+                ratio_squared,
+            };
+            // The same limit for a deflection.
+            let of_stretch = Limit {
+                inverse_along: stiffness * of_force.inverse_along,
+                inverse_across: stiffness * of_force.inverse_across,
+                ratio_squared,
+            };
+            let way_across = (motion.slip_across + motion.spin * xi) * dt;
+            let (old_along, old_across) = (self.along[i], self.across[i]);
+            let mut u = (old_along - way_along) * keep + entering_along;
+            let mut v = (old_across - way_across) * keep + entering_across;
+            // Back to the friction ellipse, for those that slide, which meet the slip half a step ahead.
+            let slides = of_stretch.saturation(u, v).simd_gt(Row::ONE);
+            if slides.any() {
+                u -= slides & ahead_along;
+                v -= slides & Row::splat(ahead_across + ahead_turn * xi);
+                let [back_along, back_across] = of_stretch.back::<ELLIPSE>(u, v);
                 u *= back_along;
                 v *= back_across;
-                // Damping of the bristle's own motion, again inside the ellipse.
-                let mut f = stiffness * (u + damping * (u - old_along));
-                let mut g = stiffness * (v + damping * (v - old_across));
-                let [back_along, back_across] = limit.back::<ELLIPSE>(f, g);
+            }
+            (entering_along, entering_across) = (u * passed_on, v * passed_on);
+            (self.along[i], self.across[i]) = (u, v);
+            // Damping of the bristle's own motion, again inside the ellipse.
+            let mut f = (u + (u - old_along) * damping) * stiffness;
+            let mut g = (v + (v - old_across) * damping) * stiffness;
+            if of_force.saturation(f, g).simd_gt(Row::ONE).any() {
+                let [back_along, back_across] = of_force.back::<ELLIPSE>(f, g);
                 f *= back_along;
                 g *= back_across;
-                self.along[i][j] = u;
-                self.across[i][j] = v;
-                entering_along[j] = u;
-                entering_across[j] = v;
-                self.force_along[i][j] = f;
-                self.force_across[i][j] = g;
-                force.along += f;
-                force.across += g;
-                force.moment += g * xi - f * eta;
             }
+            (self.force_along[i], self.force_across[i]) = (f, g);
+            force_along += f;
+            force_across += g;
+            moment += g * xi - f * eta;
         }
-        force
+        let sum = |lanes: Row| lanes.to_array().iter().sum::<f64>();
+        PatchForce { along: sum(force_along), across: sum(force_across), moment: sum(moment) }
     }
 
     /// Lifts the tyre off the ground: bristles spring back.
@@ -229,7 +282,8 @@ impl Patch {
         let area = 2.0 * self.half_length * tyre.width / (CELLS_ALONG * CELLS_ACROSS) as f64;
         let per_area = if area > 0.0 { 1.0 / area } else { 0.0 };
         std::array::from_fn(|i| {
-            std::array::from_fn(|j| [self.force_along[i][j] * per_area, self.force_across[i][j] * per_area])
+            let (along, across) = (self.force_along[i].to_array(), self.force_across[i].to_array());
+            std::array::from_fn(|j| [along[j] * per_area, across[j] * per_area])
         })
     }
 }

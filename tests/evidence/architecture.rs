@@ -26,6 +26,7 @@ const CLOSED: &[(&str, &str)] =
 const THIRD_PARTIES: &[(&str, &[&str])] = &[
     ("rapier3d::", &["world"]),
     ("parry3d", &["world"]),
+    ("wide::", &["world"]),
     ("urdf_rs::", &["scene"]),
     ("mcap::", &["import"]),
     ("cdr_encoding::", &["import"]),

@@ -24,7 +24,7 @@ proptest! {
         let tyre = tyre(along, across);
         let squash = tyre.squash(load);
         let mut patch = Patch::default();
-        let dt = 1.25e-3;
+        let dt = 2.5e-3;
         let mut given = 0.0;
         for (slip_along, slip_across, spin, rolling) in moves {
             let motion = PatchMotion { slip_along, slip_across, spin, rolling };

@@ -2,10 +2,10 @@
 
 use super::super::bench::Steady;
 use super::{
-    Check, HEADING_ACCURACY, Outcome, ROLLING_ACCURACY, SIDE, SPIN_RATES, STABLE_BELOW, STEP_DIVISORS, TRACK_ACCURACY,
-    edit, factor, point_contact_factor, stability,
+    Check, HEADING_ACCURACY, Outcome, ROLLING_ACCURACY, SIDE, SPIN_RATES, STABLE_BELOW, STEP_DIVISORS, Stiffest,
+    TRACK_ACCURACY, edit, factor, point_contact_factor, stiffest,
 };
-use crate::scene::{GRAVITY, Scene, Tyre, Wheel};
+use crate::scene::{GRAVITY, Scene, Tyre};
 use crate::world::WorldError;
 use std::f64::consts::FRAC_PI_2;
 
@@ -42,41 +42,19 @@ pub(super) fn all(evidence: &Evidence<'_>) -> Vec<Check> {
     ]
 }
 
-/// The number of [`stability`], greatest of every wheel's parts, each taken as the bare wheel on its spring: hung on the
-/// chassis it is heavier and so only slower. The bristles' own damping of a millisecond is left out.
+/// The robot on its springs against the integrator's bound, see [`stiffest`].
 fn stiffest_part(scene: &Scene) -> Check {
-    let robot = &scene.robot;
-    let rotor = robot.drivetrain.reflected_inertia();
-    let load = edit::wheel_share(scene);
-    let parts = |wheel: &Wheel| {
-        let tyre = &wheel.tyre;
-        let shear = shear_stiffness(tyre, load);
-        let turning = (wheel.spin_inertia() + rotor) / tyre.free_radius.powi(2);
-        [
-            ("bounce on its tyre", tyre.vertical_stiffness, tyre.vertical_damping, wheel.body.mass),
-            ("shear of its patch along", shear, 0.0, turning),
-            ("shear of its patch across", shear, 0.0, wheel.body.mass),
-        ]
-        .map(|(what, k, c, m)| (stability(k, c, m, scene.time_step), what, k))
-    };
-    let stiffest = robot.wheels.iter().flat_map(|wheel| parts(wheel).map(|part| (part, wheel.name.as_str())));
-    let ((value, what, k), wheel) =
-        stiffest.max_by(|(one, _), (other, _)| one.0.total_cmp(&other.0)).unwrap_or(((f64::NAN, "", f64::NAN), ""));
+    let Stiffest { stability, spring, stiffness } = stiffest(scene);
     Check {
         name: "stiffest_part",
-        value,
+        value: stability,
         limit: STABLE_BELOW,
         note: format!(
-            "wheel `{wheel}`, {what}: {:.0} N/mm at a step of {:.4} ms; a step is stable below 4 = (k Δt² + 2 c Δt)/m",
-            1e-3 * k,
+            "{spring}: {:.0} N/mm at a step of {:.4} ms; a step is stable below 4 = (k Δt² + 2 c Δt)/m",
+            1e-3 * stiffness,
             1e3 * scene.time_step
         ),
     }
-}
-
-/// Stiffness of a stuck patch in shear \[N/m\]: k·2a·w.
-fn shear_stiffness(tyre: &Tyre, load: f64) -> f64 {
-    tyre.bristle_stiffness() * 2.0 * tyre.contact_half_length(tyre.squash(load)) * tyre.width
 }
 
 /// The robot is made to bounce by as much as its weight squashes a tyre; after the standstill before a run 5 % of that may

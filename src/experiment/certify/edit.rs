@@ -32,7 +32,7 @@ pub(super) fn equal_tyres(scene: &Scene) -> Scene {
 pub(super) fn mass_centre_at(scene: &Scene, forward: f64) -> Scene {
     let mut scene = scene.clone();
     let middle = wheel_middle(&scene);
-    let now = mass_centre(&scene);
+    let now = scene.robot.whole().centre_of_mass;
     let robot = &mut scene.robot;
     let (whole, chassis) = (robot.mass(), &mut robot.chassis);
     if robot.casters.is_empty() {
@@ -89,10 +89,11 @@ pub(super) fn fine_encoders(scene: &Scene) -> Scene {
 }
 
 /// Steps of the scene are cut into so many for tyres as hard as [`point_patches`] has them: a third of a millisecond, and a
-/// bare wheel on its tyre moves through less than half a radian of its bounce in a step.
+/// wheel's share of the robot moves through less than half a radian of its bounce in a step.
 pub(super) fn fine_divisor(scene: &Scene) -> u32 {
     let hard = point_patches(scene);
-    let shortest = hard.robot.wheels.iter().map(|wheel| 0.5 * (wheel.body.mass / wheel.tyre.vertical_stiffness).sqrt());
+    let share = scene.robot.mass() / scene.robot.wheels.len() as f64;
+    let shortest = hard.robot.wheels.iter().map(|wheel| 0.5 * (share / wheel.tyre.vertical_stiffness).sqrt());
     (scene.time_step / shortest.fold(0.3125e-3, f64::min)).ceil().max(1.0) as u32
 }
 
@@ -144,18 +145,7 @@ fn wheel_middle(scene: &Scene) -> Vector3<f64> {
     wheels.iter().map(|wheel| wheel.base_from_wheel.translation.vector).sum::<Vector3<f64>>() / wheels.len() as f64
 }
 
-/// Mass centre of the whole robot in the base frame.
-fn mass_centre(scene: &Scene) -> Vector3<f64> {
-    let robot = &scene.robot;
-    let chassis = robot.chassis.centre_of_mass.coords * robot.chassis.mass;
-    let wheels = robot
-        .wheels
-        .iter()
-        .map(|wheel| wheel.base_from_wheel.transform_point(&wheel.body.centre_of_mass).coords * wheel.body.mass);
-    (chassis + wheels.sum::<Vector3<f64>>()) / robot.mass()
-}
-
 /// How far the mass centre lies ahead of the middle of the wheels \[m\].
 pub(super) fn load_offset(scene: &Scene) -> f64 {
-    mass_centre(scene).x - wheel_middle(scene).x
+    scene.robot.whole().centre_of_mass.x - wheel_middle(scene).x
 }

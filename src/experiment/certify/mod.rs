@@ -21,7 +21,7 @@ mod literature;
 mod theory;
 
 pub use literature::{LITERATURE, LiteratureRow, Published, literature};
-pub use theory::{STABLE_BELOW, point_contact_factor, stability};
+pub use theory::{STABLE_BELOW, Stiffest, point_contact_factor, stability, stiffest};
 
 use super::bench::{self, Steady};
 use crate::scene::Scene;
