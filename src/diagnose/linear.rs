@@ -16,6 +16,11 @@ use std::f64::consts::LN_2;
 
 /// Error that responses are allowed as a whole, and in each part of the way, relative.
 pub(super) const RESPONSE_ERROR: [f64; 2] = [0.02, 0.03];
+/// Error that a response may have from run to run, relative: runs are not the run that stands for them.
+const RUN_ERROR: f64 = 0.005;
+/// The same of a spot on the floor, in each component of the steps: a run that strays by a centimetre comes upon it
+/// otherwise, and what a spot does changes over a decimetre.
+const SPOT_ERROR: f64 = 0.1;
 /// Parts of a way whose responses may err independently.
 const PARTS: usize = 8;
 
@@ -197,6 +202,44 @@ impl Problem<'_> {
         columns
     }
 
+    /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
+    fn run_errors(&self, cluster: usize, at: &Coordinates) -> Option<Cholesky<f64, Dyn>> {
+        let reference = self.clusters[cluster].reference;
+        let case = &self.cases[reference];
+        let way = &self.surrogate.ways[reference];
+        let survey = self.surrogate.survey_of(self.scene, at, self.variants);
+        let with = |at: &Coordinates| {
+            let mut steps = way.steps.clone();
+            self.surrogate.responses[cluster].add(at, way, self.variants, &mut steps);
+            steps
+        };
+        let read =
+            |steps: &[Step]| flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey));
+        let changed = with(at);
+        let here = read(&changed);
+        // A tenth of the response less, scaled back up.
+        let less = |of: &[Step], components: &[usize]| {
+            let mut steps = changed.clone();
+            for (k, step) in steps.iter_mut().enumerate() {
+                for &c in components {
+                    step[c] -= 0.1 * (changed[k][c] - of[k][c]);
+                }
+            }
+            (&here - read(&steps)) * 10.0
+        };
+        let mut columns = vec![less(&way.steps, &[0, 1, 2]) * RUN_ERROR];
+        let on_level_floor: Vec<(Axis, f64)> =
+            at.iter().copied().filter(|(axis, _)| self.variants[axis.variant].place().is_none()).collect();
+        if on_level_floor.len() < at.len() {
+            let without = with(&on_level_floor);
+            columns.extend((0..3).map(|c| less(&without, &[c]) * SPOT_ERROR));
+        }
+        let mut columns = DMatrix::from_columns(&columns);
+        self.factors[cluster].l_dirty().solve_lower_triangular_mut(&mut columns);
+        let size = columns.nrows();
+        Cholesky::new(DMatrix::identity(size, size) + &columns * columns.transpose())
+    }
+
     /// Normal equations of the columns: `jᵀj`, `jᵀr` and `rᵀr` over the active runs.
     pub fn normal_equations(&self, linear: &Linearised) -> (DMatrix<f64>, DVector<f64>, f64) {
         let p = linear.axes.len();
@@ -260,15 +303,28 @@ impl Problem<'_> {
 
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
     pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
-        let linear = self.linearise(&at, axes);
+        let mut linear = self.linearise(&at, axes);
+        let physical = at.iter().any(|(axis, _)| !self.variants[axis.variant].effect.is_survey());
+        let with_error = physical && self.response_error.iter().any(|error| *error > 0.0);
+        let chi2: f64 =
+            linear.residuals.iter().zip(&self.counts).map(|(residual, count)| count * residual.norm_squared()).sum();
+        let run_errors: Vec<Option<Cholesky<f64, Dyn>>> =
+            (0..self.clusters.len()).map(|index| if with_error { self.run_errors(index, &at) } else { None }).collect();
+        let mut log_det = 0.0;
+        for ((cluster, errors), columns) in self.clusters.iter().zip(&run_errors).zip(&mut linear.columns) {
+            let Some(errors) = errors else { continue };
+            errors.l_dirty().solve_lower_triangular_mut(columns);
+            for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+                errors.l_dirty().solve_lower_triangular_mut(&mut linear.residuals[run]);
+                log_det += 2.0 * self.counts[run] * errors.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+            }
+        }
         let (a, b, c) = self.normal_equations(&linear);
         let p = axes.len();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
         let off = DVector::from_iterator(p, prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
         let precision = DVector::from_iterator(p, prior.iter().map(|prior| prior.std_dev.powi(-2)));
 
-        let physical = at.iter().any(|(axis, _)| !self.variants[axis.variant].effect.is_survey());
-        let with_error = physical && self.response_error.iter().any(|error| *error > 0.0);
         let per_condition = if with_error { PARTS + 1 } else { 0 };
         let size = p + per_condition * self.conditions;
         let mut normal = DMatrix::<f64>::identity(size, size);
@@ -277,7 +333,10 @@ impl Problem<'_> {
         right.rows_mut(0, p).copy_from(&(b + precision.component_mul(&off)));
         if with_error {
             for (index, cluster) in self.clusters.iter().enumerate() {
-                let errors = self.response_errors(index, &at);
+                let mut errors = self.response_errors(index, &at);
+                if let Some(further) = &run_errors[index] {
+                    further.l_dirty().solve_lower_triangular_mut(&mut errors);
+                }
                 let gram = errors.tr_mul(&errors);
                 let cross = errors.tr_mul(&linear.columns[index]);
                 let first = p + per_condition * cluster.condition;
@@ -298,10 +357,10 @@ impl Problem<'_> {
             }
         }
         let Some(factor) = Cholesky::new(normal) else {
-            return Fit { at, covariance: DMatrix::identity(p, p), log_evidence: f64::NEG_INFINITY, chi2: c };
+            return Fit { at, covariance: DMatrix::identity(p, p), log_evidence: f64::NEG_INFINITY, chi2 };
         };
         let solution = factor.solve(&right);
-        let log_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        log_det += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
         let quadratic = c + off.component_mul(&off).dot(&precision) - right.dot(&solution);
         let mut log_evidence =
             -0.5 * quadratic - 0.5 * log_det + 0.5 * precision.iter().map(|value| value.ln()).sum::<f64>();
@@ -314,7 +373,7 @@ impl Problem<'_> {
             }
         }
         let at = at.into_iter().enumerate().map(|(index, (axis, value))| (axis, value + solution[index])).collect();
-        Fit { at, covariance, log_evidence, chi2: c }
+        Fit { at, covariance, log_evidence, chi2 }
     }
 }
 

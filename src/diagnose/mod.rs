@@ -46,6 +46,8 @@ const PLAUSIBLE_TERM: f64 = 0.01;
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
+/// ln of the evidence that a round of closing in on a spot has to bring for the next.
+const WORTH_A_ROUND: f64 = 1.0;
 
 /// What to look for, and how hard.
 #[derive(Debug, Clone, PartialEq)]
@@ -335,11 +337,16 @@ impl<'m> Study<'m> {
         }
         // The stand-in is made exact where the leading answers are, and asked again.
         for round in 1..=spots::HALVINGS {
+            let before = ranking.best().log_posterior;
             let closer = self.close_in(&ranking, round)?;
-            if !closer && (round > 2 || !self.refine(&ranking)?) {
+            let refined = (closer || round <= 2) && self.refine(&ranking)?;
+            if !closer && !refined {
                 break;
             }
             ranking = self.search(&self.known_variants());
+            if round > 2 && ranking.best().log_posterior < before + WORTH_A_ROUND {
+                break;
+            }
         }
         let empirical = self.empirical_ranking(&self.problem(self.counts.clone()), &ranking);
         let mut diagnosis = verdict::judge(self, &ranking, empirical.as_ref());
@@ -369,12 +376,14 @@ impl<'m> Study<'m> {
     fn close_in(&mut self, ranking: &search::Ranking, round: i32) -> Result<bool, DiagnoseError> {
         let best = ranking.best().log_posterior;
         let leading = ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
-        let place = leading.flat_map(|h| &h.set).find_map(|&index| self.variants[index].place());
-        let Some(place) = place else { return Ok(false) };
+        let mut spots = leading
+            .flat_map(|h| &h.fit.at)
+            .filter_map(|&(axis, value)| self.variants[axis.variant].place().map(|place| (place, value)));
+        let Some((place, value)) = spots.next() else { return Ok(false) };
         for place in spots::near(place, round, &self.cases, &self.clusters, &self.surrogate.ways) {
             let axis = variant::Axis { variant: self.variants.len(), coordinate: 0 };
             self.variants.push(Variant::spot(place));
-            self.surrogate.add_spot(self.model, &self.cases, &self.clusters, &self.variants, axis)?;
+            self.surrogate.add_spot(self.model, &self.cases, &self.clusters, &self.variants, axis, value)?;
         }
         Ok(true)
     }

@@ -15,8 +15,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const SPACING: f64 = 0.15;
 /// Turn in a step of the way from which on wheels scrub \[rad\]; a step takes 0.1 s.
 const TURNS: f64 = 0.01;
-/// Halvings of the spacing: to 9 mm.
-pub(super) const HALVINGS: i32 = 4;
+/// Halvings of the spacing: to 1 mm.
+pub(super) const HALVINGS: i32 = 7;
 
 /// Places on the nominal paths of the runs where a spot would show \[m\], in the room.
 pub(super) fn places(scene: &Scene, cases: &[Case], clusters: &[Cluster], ways: &[Way]) -> Vec<[f64; 2]> {

@@ -220,7 +220,7 @@ impl Surrogate {
         variant.place().is_none_or(|place| spots::touches(scene, &self.ways[cluster.reference], place))
     }
 
-    /// Simulates one more spot at its prior's mean.
+    /// Simulates one more spot, at its prior's mean and at what a spot beside it is best at.
     pub fn add_spot(
         &mut self,
         model: &dyn ForwardModel,
@@ -228,8 +228,13 @@ impl Surrogate {
         clusters: &[Cluster],
         variants: &[Variant],
         axis: Axis,
+        at: f64,
     ) -> Result<(), ForwardError> {
-        let nodes = nodes(variants[axis.variant].coordinates[axis.coordinate]);
+        let coordinate = variants[axis.variant].coordinates[axis.coordinate];
+        let mut nodes = nodes(coordinate);
+        if nodes.iter().chain([&0.0]).all(|node| (node - at).abs() > 0.25 * coordinate.std_dev) {
+            nodes.push(at);
+        }
         let concerned: Vec<usize> = (0..clusters.len())
             .filter(|&cluster| self.concerns(model.scene(), &clusters[cluster], &variants[axis.variant]))
             .collect();
