@@ -8,7 +8,7 @@ use crate::diagnose::{Options, Study};
 use crate::effect::{Cause, ExtendedModel, load_scene};
 use crate::experiment::Simulator;
 use crate::report::{diagnosis, json::DiagnosisJson, page};
-use crate::scene::{ROBOTS, WORLDS};
+use crate::scene::{Doubt, ROBOTS, WORLDS};
 use anyhow::Context;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
@@ -91,6 +91,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         description: format!("treadmark diagnose: {:?}", found.verdict).to_lowercase(),
         causes: settings.into_iter().chain(found.causes.clone()).collect(),
         empirical: found.empirical.clone(),
+        doubt: given.doubt.widest(Doubt {
+            motion: gain.as_ref().map_or(0.0, |gain| gain.motion_error),
+            response: found.correction,
+        }),
     };
     std::fs::write(&model, extended.to_toml()).with_context(|| model.display().to_string())?;
     let model = std::path::absolute(&model).with_context(|| model.display().to_string())?;

@@ -36,6 +36,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         description: "The robot that comes nearest to Table I of Bei, Ping & Gao".to_owned(),
         causes: best.causes.clone(),
         empirical: Vec::new(),
+        doubt: crate::scene::Doubt::default(),
     };
     let file = folder.join("best_model.toml");
     std::fs::write(&file, model.to_toml()).with_context(|| file.display().to_string())?;

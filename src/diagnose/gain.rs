@@ -1,7 +1,8 @@
 //! What an extension is worth: errors before and after on runs that took no part in the choice or the fit.
 
 use super::case::Condition;
-use super::verdict::chosen;
+use super::doubt;
+use super::verdict::convincing;
 use super::{DiagnoseError, Study};
 use crate::dataset::Protocol;
 use rand_chacha::ChaCha8Rng;
@@ -23,6 +24,9 @@ pub struct Gain {
     pub interval: [f64; 2],
     /// What survey noise and scatter leave of any model \[m\].
     pub noise_floor: f64,
+    /// What the motion of models that were fitted without them gets wrong about these runs, relative to each part of a way;
+    /// the extended model holds it, so that the next diagnosis blames no cause for so much.
+    pub motion_error: f64,
     /// What was held out, in words.
     pub held_out: String,
 }
@@ -85,6 +89,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         (vec![named], "the runs that were named to be held out".to_owned())
     };
     let mut errors = Vec::new();
+    let mut likelihoods = [0.0; doubt::SHARES.len()];
     for fold in &folds {
         study.counts = everyone.clone();
         for &run in fold {
@@ -99,11 +104,15 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         if study.reshape(&known) {
             known = study.search(&study.first_variants());
         }
-        let at = {
-            let problem = study.problem(study.counts.clone());
-            let empirical = study.empirical_ranking(&problem, &known);
-            chosen(&known, empirical.as_ref()).0.fit.at.clone()
-        };
+        let at = convincing(&study.explained(known)).fit.at.clone();
+        let mut of_fold = everyone.clone();
+        for (run, count) in of_fold.iter_mut().enumerate() {
+            *count *= f64::from(u8::from(fold.contains(&run)));
+        }
+        for (likelihood, share) in likelihoods.iter_mut().zip(doubt::SHARES) {
+            let share = share.max(study.model.scene().doubt.motion);
+            *likelihood += study.problem_of(&study.noise, share, of_fold.clone()).log_likelihood(&at);
+        }
         let problem = study.problem(everyone.clone());
         for (index, cluster) in study.clusters.iter().enumerate() {
             for &run in cluster.runs.iter().filter(|run| fold.contains(run)) {
@@ -123,6 +132,11 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     };
     let position = |part: usize| root(&mut errors.iter().map(|e| e.position[part]));
     let heading = |part: usize| root(&mut errors.iter().filter_map(|e| e.heading.map(|h| h[part])));
+    // The mean over what it may be, each share alike likely beforehand.
+    let most = likelihoods.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let weights = likelihoods.map(|likelihood| (likelihood - most).exp());
+    let motion_error =
+        weights.iter().zip(doubt::SHARES).map(|(weight, share)| weight * share).sum::<f64>() / weights.iter().sum::<f64>();
     Ok(Some(Gain {
         position_before: position(0),
         position_after: position(1),
@@ -130,6 +144,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         heading_after: heading(1),
         interval: interval(&errors),
         noise_floor: root(&mut errors.iter().map(|e| e.floor)),
+        motion_error: motion_error.max(study.model.scene().doubt.motion),
         held_out: words,
     }))
 }

@@ -6,6 +6,7 @@
 //! unknowns with a prior of their own: a tyre is not the model's tyre.
 
 use super::case::{Case, Cluster};
+use super::doubt;
 use super::noise::Shapes;
 use super::surrogate::{Coordinates, Step, Surrogate, compose};
 use super::variant::{Axis, Variant};
@@ -22,7 +23,7 @@ const RUN_ERROR: f64 = 0.005;
 /// otherwise, and what a spot does changes over a decimetre.
 const SPOT_ERROR: f64 = 0.1;
 /// Parts of a way whose responses may err independently.
-const PARTS: usize = 8;
+pub(super) const PARTS: usize = 8;
 
 /// All that a fit needs.
 pub(super) struct Problem<'a> {
@@ -39,6 +40,10 @@ pub(super) struct Problem<'a> {
     pub response_error: [f64; 2],
     /// How often each run counts: 0 takes no part.
     pub counts: Vec<f64>,
+    /// Whitened errors of the model's own motion, one a cluster; `None`: the model is exact.
+    pub doubts: Vec<Option<DMatrix<f64>>>,
+    /// What the mean of each cluster's runs errs by on their account.
+    pub of_means: Vec<Option<Cholesky<f64, Dyn>>>,
 }
 
 /// A hypothesis at its best.
@@ -62,6 +67,8 @@ pub(super) struct Linearised {
     pub columns: Vec<DMatrix<f64>>,
     /// Whitened residuals of each run.
     pub residuals: Vec<DVector<f64>>,
+    /// What the mean of each cluster's runs errs by, where that is not what the problem says.
+    of_means: Vec<Option<Cholesky<f64, Dyn>>>,
 }
 
 pub(super) fn flatten(case: &Case, poses: &[Pose2]) -> DVector<f64> {
@@ -78,6 +85,12 @@ pub(super) fn flatten(case: &Case, poses: &[Pose2]) -> DVector<f64> {
 pub(super) fn observed(case: &Case) -> DVector<f64> {
     let poses: Vec<Pose2> = case.readings.iter().map(|r| Pose2::new(r.x, r.y, r.heading.unwrap_or(0.0))).collect();
     flatten(case, &poses)
+}
+
+/// Means over the runs of a cluster: what columns are multiplied with, and residuals.
+struct Mean {
+    weights: DVector<f64>,
+    residual: DVector<f64>,
 }
 
 impl Problem<'_> {
@@ -142,7 +155,34 @@ impl Problem<'_> {
                 residuals[run] = residual;
             }
         }
-        Linearised { axes: axes.to_vec(), columns, residuals }
+        let of_means = vec![None; self.clusters.len()];
+        Linearised { axes: axes.to_vec(), columns, residuals, of_means }
+    }
+
+    /// The same problem, with errors of the model's own motion: `columns` for each cluster, whitened.
+    pub fn with_doubts(mut self, columns: Vec<DMatrix<f64>>) -> Self {
+        self.doubts = columns.into_iter().map(Some).collect();
+        self.of_means = (0..self.clusters.len()).map(|index| self.of_mean(index, None)).collect();
+        self
+    }
+
+    /// What the mean of a cluster's runs errs by.
+    fn errs<'l>(&'l self, linear: &'l Linearised, cluster: usize) -> Option<&'l Cholesky<f64, Dyn>> {
+        linear.of_means[cluster].as_ref().or(self.of_means[cluster].as_ref())
+    }
+
+    /// How many runs of a cluster count.
+    fn count_of(&self, cluster: usize) -> f64 {
+        self.clusters[cluster].runs.iter().map(|&run| self.counts[run]).sum()
+    }
+
+    /// Factor of what the mean of a cluster's runs errs by, where runs are whitened by `further` as well.
+    fn of_mean(&self, cluster: usize, further: Option<&Cholesky<f64, Dyn>>) -> Option<Cholesky<f64, Dyn>> {
+        let mut columns = self.doubts[cluster].clone()?;
+        if let Some(further) = further {
+            doubt::whiten(further, &mut columns);
+        }
+        doubt::factor(&columns, self.count_of(cluster))
     }
 
     /// Change of the reference run's readings when it is driven an hour later.
@@ -240,18 +280,39 @@ impl Problem<'_> {
         Cholesky::new(DMatrix::identity(size, size) + &columns * columns.transpose())
     }
 
-    /// Normal equations of the columns: `jᵀj`, `jᵀr` and `rᵀr` over the active runs.
+    /// Normal equations of the columns: `jᵀj`, `jᵀr` and `rᵀr` over the active runs. What runs differ by counts as it is, their
+    /// mean as far as the model's own motion is sure.
     pub fn normal_equations(&self, linear: &Linearised) -> (DMatrix<f64>, DVector<f64>, f64) {
         let p = linear.axes.len();
         let (mut a, mut b, mut c) = (DMatrix::zeros(p, p), DVector::zeros(p), 0.0);
         for (index, cluster) in self.clusters.iter().enumerate() {
+            let n = self.count_of(index);
+            if n == 0.0 {
+                continue;
+            }
             let columns = &linear.columns[index];
             let gram = columns.tr_mul(columns);
-            for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+            let active = || cluster.runs.iter().copied().filter(|&run| self.counts[run] > 0.0);
+            let mut mean = Mean { weights: DVector::zeros(p), residual: DVector::zeros(columns.nrows()) };
+            if let Some(of_mean) = self.errs(linear, index) {
+                mean = self.mean(linear, index);
+                let (mut white, residual) = (columns.clone(), doubt::whitened(of_mean, &mean.residual));
+                doubt::whiten(of_mean, &mut white);
+                let (gram, projected) = (white.tr_mul(&white), white.tr_mul(&residual));
+                for i in 0..p {
+                    b[i] += n * mean.weights[i] * projected[i];
+                    for j in 0..p {
+                        a[(i, j)] += n * mean.weights[i] * mean.weights[j] * gram[(i, j)];
+                    }
+                }
+                c += n * residual.norm_squared();
+            }
+            for run in active() {
                 let count = self.counts[run];
-                let weights: Vec<f64> = linear.axes.iter().map(|&axis| self.weight(axis, run)).collect();
-                let residual = &linear.residuals[run];
-                let projected = columns.tr_mul(residual);
+                let weights: Vec<f64> =
+                    linear.axes.iter().zip(mean.weights.iter()).map(|(&axis, mean)| self.weight(axis, run) - mean).collect();
+                let residual = &linear.residuals[run] - &mean.residual;
+                let projected = columns.tr_mul(&residual);
                 for i in 0..p {
                     b[i] += count * weights[i] * projected[i];
                     for j in 0..p {
@@ -262,6 +323,21 @@ impl Problem<'_> {
             }
         }
         (a, b, c)
+    }
+
+    /// Means over the active runs of a cluster.
+    fn mean(&self, linear: &Linearised, cluster: usize) -> Mean {
+        let n = self.count_of(cluster);
+        let rows = linear.columns[cluster].nrows();
+        let mut mean = Mean { weights: DVector::zeros(linear.axes.len()), residual: DVector::zeros(rows) };
+        for &run in self.clusters[cluster].runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+            let share = self.counts[run] / n;
+            mean.residual.axpy(share, &linear.residuals[run], 1.0);
+            for (weight, &axis) in mean.weights.iter_mut().zip(&linear.axes) {
+                *weight += share * self.weight(axis, run);
+            }
+        }
+        mean
     }
 
     /// The best coordinates along `axes` from `start` on, and their evidence.
@@ -301,6 +377,17 @@ impl Problem<'_> {
         self.evidence(axes, at)
     }
 
+    /// Logarithm of the likelihood of the readings at `at`, up to a constant; responses are taken as exact.
+    pub fn log_likelihood(&self, at: &Coordinates) -> f64 {
+        let linear = self.linearise(at, &[]);
+        let (_, _, c) = self.normal_equations(&linear);
+        -0.5 * c - 0.5 * self.log_det_of_means(&linear)
+    }
+
+    fn log_det_of_means(&self, linear: &Linearised) -> f64 {
+        (0..self.clusters.len()).filter_map(|index| self.errs(linear, index)).map(|it| 2.0 * doubt::half_log_det(it)).sum()
+    }
+
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
     pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
         let mut linear = self.linearise(&at, axes);
@@ -316,9 +403,13 @@ impl Problem<'_> {
             errors.l_dirty().solve_lower_triangular_mut(columns);
             for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
                 errors.l_dirty().solve_lower_triangular_mut(&mut linear.residuals[run]);
-                log_det += 2.0 * self.counts[run] * errors.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+                log_det += 2.0 * self.counts[run] * doubt::half_log_det(errors);
             }
         }
+        for (index, errors) in run_errors.iter().enumerate().filter(|(_, errors)| errors.is_some()) {
+            linear.of_means[index] = self.of_mean(index, errors.as_ref());
+        }
+        log_det += self.log_det_of_means(&linear);
         let (a, b, c) = self.normal_equations(&linear);
         let p = axes.len();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
@@ -337,23 +428,30 @@ impl Problem<'_> {
                 if let Some(further) = &run_errors[index] {
                     further.l_dirty().solve_lower_triangular_mut(&mut errors);
                 }
-                let gram = errors.tr_mul(&errors);
-                let cross = errors.tr_mul(&linear.columns[index]);
-                let first = p + per_condition * cluster.condition;
-                for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
-                    let count = self.counts[run];
-                    let mut block = normal.view_mut((first, first), (per_condition, per_condition));
-                    block += &gram * count;
-                    for j in 0..p {
-                        let weight = count * self.weight(axes[j], run);
-                        for i in 0..per_condition {
-                            normal[(first + i, j)] += weight * cross[(i, j)];
-                            normal[(j, first + i)] += weight * cross[(i, j)];
-                        }
-                    }
-                    let mut part = right.rows_mut(first, per_condition);
-                    part += errors.tr_mul(&linear.residuals[run]) * count;
+                let n = self.count_of(index);
+                if n == 0.0 {
+                    continue;
                 }
+                // All runs of a cluster err alike: its mean has all that there is to say of it.
+                let mut columns = linear.columns[index].clone();
+                let mut mean = self.mean(&linear, index);
+                if let Some(of_mean) = self.errs(&linear, index) {
+                    doubt::whiten(of_mean, &mut errors);
+                    doubt::whiten(of_mean, &mut columns);
+                    mean.residual = doubt::whitened(of_mean, &mean.residual);
+                }
+                let cross = errors.tr_mul(&columns);
+                let first = p + per_condition * cluster.condition;
+                let mut block = normal.view_mut((first, first), (per_condition, per_condition));
+                block += errors.tr_mul(&errors) * n;
+                for j in 0..p {
+                    for i in 0..per_condition {
+                        normal[(first + i, j)] += n * mean.weights[j] * cross[(i, j)];
+                        normal[(j, first + i)] += n * mean.weights[j] * cross[(i, j)];
+                    }
+                }
+                let mut part = right.rows_mut(first, per_condition);
+                part += errors.tr_mul(&mean.residual) * n;
             }
         }
         let Some(factor) = Cholesky::new(normal) else {

@@ -9,6 +9,7 @@
 //! 5. The best is simulated again where it is best, and what stands is named, with what cannot be told from it.
 
 mod case;
+mod doubt;
 mod forward;
 mod gain;
 mod linear;
@@ -33,7 +34,7 @@ use crate::effect::Cause;
 use crate::scene::TwistPart;
 use case::{Case, Cluster};
 use linear::Problem;
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 use noise::Shapes;
 use rayon::prelude::*;
 use surrogate::Surrogate;
@@ -43,6 +44,8 @@ use variant::Variant;
 const MOST_TERMS: usize = 4;
 /// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
 const PLAUSIBLE_TERM: f64 = 0.01;
+/// Size that no empirical term may have, in units of what is plausible: a tenth of the speed is no misfit but another robot.
+const LARGEST_TERM: f64 = 10.0;
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
@@ -62,7 +65,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Options { most_causes: 3, response_error: linear::RESPONSE_ERROR, noise: None }
+        Options { most_causes: 8, response_error: linear::RESPONSE_ERROR, noise: None }
     }
 }
 
@@ -93,6 +96,8 @@ pub struct Study<'m> {
     first_variants: usize,
     surrogate: Surrogate,
     shapes: Vec<Shapes>,
+    /// What an error of the model's own motion does to each cluster's readings, for a share of 1.
+    doubts: Vec<DMatrix<f64>>,
     /// What is stated or usual of the noise, and what was learnt.
     prior_noise: NoiseModel,
     noise: NoiseModel,
@@ -139,6 +144,10 @@ impl<'m> Study<'m> {
         }
         surrogate.add_terms(&clusters, &variants);
         let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
+        let doubts = clusters
+            .iter()
+            .map(|cluster| doubt::columns(&surrogate, &cases[cluster.reference], &surrogate.ways[cluster.reference]))
+            .collect();
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
         let mut survey = scene.survey;
         if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some())
@@ -160,6 +169,7 @@ impl<'m> Study<'m> {
             variants,
             surrogate,
             shapes,
+            doubts,
             observed,
             left_out,
         };
@@ -312,7 +322,19 @@ impl<'m> Study<'m> {
     }
 
     fn problem_under(&self, noise: &NoiseModel, counts: Vec<f64>) -> Problem<'_> {
-        Problem {
+        self.problem_of(noise, self.model.scene().doubt.motion, counts)
+    }
+
+    fn problem_of(&self, noise: &NoiseModel, motion_error: f64, counts: Vec<f64>) -> Problem<'_> {
+        let factors: Vec<_> = self.shapes.iter().map(|shapes| shapes.factor(noise)).collect();
+        let doubts: Vec<DMatrix<f64>> = match motion_error > 0.0 {
+            true => self.doubts.iter().zip(&factors).map(|(columns, factor)| doubt::of(columns, motion_error, factor)).collect(),
+            false => Vec::new(),
+        };
+        let response = self.model.scene().doubt.response;
+        let exact = Problem {
+            doubts: vec![None; factors.len()],
+            of_means: vec![None; factors.len()],
             scene: self.model.scene(),
             cases: &self.cases,
             clusters: &self.clusters,
@@ -320,10 +342,11 @@ impl<'m> Study<'m> {
             variants: &self.variants,
             surrogate: &self.surrogate,
             observed: self.observed.clone(),
-            factors: self.shapes.iter().map(|shapes| shapes.factor(noise)).collect(),
-            response_error: self.options.response_error,
+            factors,
+            response_error: self.options.response_error.map(|error| error.max(response)),
             counts,
-        }
+        };
+        if doubts.is_empty() { exact } else { exact.with_doubts(doubts) }
     }
 
     /// Which causes, if any.
@@ -348,8 +371,8 @@ impl<'m> Study<'m> {
                 break;
             }
         }
-        let empirical = self.empirical_ranking(&self.problem(self.counts.clone()), &ranking);
-        let mut diagnosis = verdict::judge(self, &ranking, empirical.as_ref());
+        let ranking = self.explained(ranking);
+        let mut diagnosis = verdict::judge(self, &ranking);
         diagnosis.next_experiment = self.next_experiment(&ranking, &diagnosis)?;
         Ok(diagnosis)
     }
@@ -388,17 +411,49 @@ impl<'m> Study<'m> {
         Ok(true)
     }
 
-    /// Formulas of the body's twist, where the known causes leave enough for one.
-    fn empirical_ranking(&self, problem: &Problem<'_>, known: &search::Ranking) -> Option<search::Ranking> {
+    /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
+    /// the terms of that formula.
+    fn explained(&mut self, known: search::Ranking) -> search::Ranking {
         let left = known.best().fit.chi2;
         let readings: f64 =
             self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
         // A misfit below what noise alone makes has no room for a formula.
         if left < readings {
-            return None;
+            return known;
         }
+        let Some(mut formula) = self.formula(&known) else { return known };
+        // Terms are simulated as they are found; one under which the robot cannot be driven is none.
+        match self.refine_at(&formula) {
+            Ok(true) => match self.formula(&known) {
+                Some(again) => formula = again,
+                None => return known,
+            },
+            Ok(false) => {}
+            Err(_) => return known,
+        }
+        let problem = self.problem(self.counts.clone());
+        search::Ranking::search_on(&problem, &formula, &self.known_variants(), self.options.most_causes)
+    }
+
+    /// The terms of the formula that serves best, alone or beside the best known causes, where it is clearly better than they.
+    fn formula(&self, known: &search::Ranking) -> Option<Vec<(variant::Axis, f64)>> {
+        let is_term = |axis: variant::Axis| self.variants[axis.variant].term.is_some();
         let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].term.is_some()).collect();
-        Some(search::Ranking::search(problem, &terms, MOST_TERMS))
+        let problem = self.problem(self.counts.clone());
+        let best = known.best();
+        let mut formulas = search::Ranking::search(&problem, &terms, MOST_TERMS);
+        if !best.set.is_empty() {
+            let beside = search::Ranking::search_on(&problem, &best.fit.at, &terms, MOST_TERMS);
+            formulas.hypotheses.extend(beside.hypotheses);
+        }
+        let large = |&(axis, value): &(variant::Axis, f64)| {
+            is_term(axis) && value.abs() > LARGEST_TERM * self.variants[axis.variant].coordinates[0].std_dev
+        };
+        formulas.hypotheses.retain(|h| !h.fit.at.iter().any(large));
+        formulas.sort();
+        let formula = formulas.hypotheses.first()?;
+        let terms: Vec<_> = formula.fit.at.iter().filter(|(axis, _)| is_term(*axis)).copied().collect();
+        (!terms.is_empty() && formula.log_posterior > best.log_posterior + verdict::REAL).then_some(terms)
     }
 
     /// The protocol that separates the best answer from the next best, where both stand.
@@ -416,7 +471,8 @@ impl<'m> Study<'m> {
             ranking.hypotheses.iter().skip(1).find(|h| ids(h) != ids(best) && (!ambiguous || !h.set.is_empty()));
         let Some(rival) = rival.filter(|_| ambiguous) else { return Ok(None) };
         let name = |h: &search::Hypothesis| {
-            let names: Vec<String> = h.set.iter().map(|&index| self.variants[index].label()).collect();
+            let causes = h.set.iter().filter(|&&index| self.variants[index].term.is_none());
+            let names: Vec<String> = causes.map(|&index| self.variants[index].label()).collect();
             if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") }
         };
         let causes = |h: &search::Hypothesis| causes_of(&self.variants, &h.fit.at);
@@ -441,6 +497,19 @@ impl<'m> Study<'m> {
             self.surrogate.refine(self.model, &self.cases, &self.clusters, &self.variants, axis, value)?;
         }
         Ok(!wanted.is_empty())
+    }
+
+    /// Simulates terms of a formula where they are; whether any was far from what is known.
+    fn refine_at(&mut self, terms: &[(variant::Axis, f64)]) -> Result<bool, DiagnoseError> {
+        let mut refined = false;
+        for &(axis, value) in terms {
+            let near = 0.5 * self.variants[axis.variant].coordinates[axis.coordinate].std_dev;
+            if self.surrogate.nearest_node(axis, value) > near {
+                self.surrogate.refine(self.model, &self.cases, &self.clusters, &self.variants, axis, value)?;
+                refined = true;
+            }
+        }
+        Ok(refined)
     }
 
     /// What these data could not show.

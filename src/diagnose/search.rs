@@ -33,6 +33,8 @@ pub(super) struct Ranking {
 const WORTH: f64 = 12.0;
 /// How many are gone on from.
 const BEAM: usize = 4;
+/// Sets of several causes that are fitted at each size.
+const PROMISES: usize = 24;
 /// Spots on the floor that are looked at closely from each.
 const SPOTS: usize = 6;
 /// Distance of two spots that do not overlap \[m\].
@@ -54,10 +56,12 @@ pub(super) fn log_prior(variants: &[Variant], set: &Set) -> f64 {
     if set.is_empty() {
         return NOTHING.ln();
     }
-    if set.iter().all(|&index| variants[index].term.is_some()) {
+    let (terms, causes): (Set, Set) = set.iter().copied().partition(|&index| variants[index].term.is_some());
+    if !terms.is_empty() {
         // Each further term of a formula is as likely as any other.
-        let terms = variants.iter().filter(|variant| variant.term.is_some()).count() as f64;
-        return UNKNOWN.ln() - set.len() as f64 * terms.ln();
+        let all = variants.iter().filter(|variant| variant.term.is_some()).count() as f64;
+        let of_causes = if causes.is_empty() { 0.0 } else { log_prior(variants, &causes) };
+        return of_causes + UNKNOWN.ln() - terms.len() as f64 * all.ln();
     }
     let mut of_effect: BTreeMap<&str, usize> = BTreeMap::new();
     for variant in variants.iter().filter(|variant| variant.term.is_none()) {
@@ -71,6 +75,12 @@ pub(super) fn log_prior(variants: &[Variant], set: &Set) -> f64 {
 impl Ranking {
     /// Searches sets of up to `most` causes among `allowed` variants.
     pub fn search(problem: &Problem<'_>, allowed: &[usize], most: usize) -> Ranking {
+        Ranking::search_on(problem, &[], allowed, most)
+    }
+
+    /// Searches sets of what moves along the axes of `base`, which begin where it says, and up to `most` of the `allowed`
+    /// variants besides.
+    pub fn search_on(problem: &Problem<'_>, base: &[(Axis, f64)], allowed: &[usize], most: usize) -> Ranking {
         let variants = problem.variants;
         let evaluate = |set: &Set, start: &[(Axis, f64)]| {
             let fit = problem.fit(&axes_of(variants, set), start);
@@ -78,9 +88,11 @@ impl Ranking {
             Hypothesis { set: set.clone(), fit, log_posterior }
         };
         let mut known: BTreeMap<Set, Hypothesis> = BTreeMap::new();
-        known.insert(Set::new(), evaluate(&Set::new(), &[]));
+        let always: Set = base.iter().map(|(axis, _)| axis.variant).collect();
+        known.insert(always.clone(), evaluate(&always, base));
         for size in 1..=most {
-            let mut seeds: Vec<&Hypothesis> = known.values().filter(|h| h.set.len() == size - 1).collect();
+            let mut seeds: Vec<&Hypothesis> =
+                known.values().filter(|h| h.set.len() == always.len() + size - 1).collect();
             seeds.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
             seeds.truncate(BEAM);
             // What one more cause promises, by a linear look from each seed.
@@ -98,7 +110,15 @@ impl Ranking {
             let mut wanted: Vec<Promise> = wanted.into_values().collect();
             wanted.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
             if size > 1 {
-                wanted.truncate(24);
+                // A bad seed promises much: what the best one promises is looked at in any case.
+                let best = seeds[0].set.clone();
+                let mut of_best = 0;
+                let mut all = 0;
+                wanted.retain(|promise| {
+                    of_best += usize::from(promise.set.is_superset(&best));
+                    all += 1;
+                    all <= PROMISES || (promise.set.is_superset(&best) && of_best <= PROMISES / 2)
+                });
             }
             let level: Vec<Hypothesis> =
                 wanted.par_iter().map(|promise| evaluate(&promise.set, &promise.start)).collect();
@@ -125,7 +145,7 @@ impl Ranking {
 
     /// That of no cause.
     pub fn nothing(&self) -> &Hypothesis {
-        self.hypotheses.iter().find(|h| h.set.is_empty()).expect("nothing is always looked at")
+        self.hypotheses.iter().min_by_key(|h| h.set.len()).expect("nothing is always looked at")
     }
 }
 

@@ -18,7 +18,7 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 const STEP: f64 = 0.1;
 
 /// Arm at which a turn counts as way \[m\].
-const ARM: f64 = 0.3;
+pub(super) const ARM: f64 = 0.3;
 
 /// A change of one step in the body's frame: x, y \[m\], heading \[rad\].
 pub(super) type Step = [f64; 3];
@@ -264,7 +264,8 @@ impl Surrogate {
         let case = &cases[cluster.reference];
         let way = &self.ways[cluster.reference];
         let causes = causes(variants, at);
-        let scene = crate::effect::Cause::edit_all(&causes, model.scene());
+        let mut scene = crate::effect::Cause::edit_all(&causes, model.scene());
+        scene.empirical.extend(terms(variants, at));
         let mut run = case.run.clone();
         if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
             // Stated an hour: what it does after one.
@@ -324,7 +325,9 @@ impl Surrogate {
             .collect::<Result<_, _>>()?;
         for (cluster, change) in concerned.into_iter().zip(changes) {
             let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
-            let mut simulated = response.simulated.clone();
+            // What a term was taken to do before it was simulated is no simulation.
+            let mut simulated =
+                if variants[axis.variant].term.is_some() { Vec::new() } else { response.simulated.clone() };
             simulated.push((at, change));
             *response = Response::new(simulated);
         }
@@ -507,6 +510,14 @@ pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effec
     }
     of_variant.retain(|variant, _| variants[*variant].term.is_none());
     of_variant.into_iter().map(|(variant, values)| variants[variant].cause(&values)).collect()
+}
+
+/// The terms of a formula at a hypothesis' coordinates.
+pub(super) fn terms(variants: &[Variant], at: &Coordinates) -> Vec<EmpiricalTerm> {
+    let term = |(axis, value): &(Axis, f64)| {
+        variants[axis.variant].term.map(|term| EmpiricalTerm { coefficient: *value, ..term })
+    };
+    at.iter().filter_map(term).collect()
 }
 
 /// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact

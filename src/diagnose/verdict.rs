@@ -42,8 +42,10 @@ pub struct Diagnosis {
     pub noise: NoiseModel,
     /// The causes of the best answer, as an extended model holds them.
     pub causes: Vec<Cause>,
-    /// Terms of the body's twist where no known effect serves.
+    /// Terms of the body's twist, where a formula takes away what known causes leave.
     pub empirical: Vec<EmpiricalTerm>,
+    /// Share of the motion by which the answer's differs from that of the model as given.
+    pub correction: f64,
     /// What to drive next, where two answers stand.
     pub next_experiment: Option<NextExperiment>,
     /// Readings of every run, and what the models predict of them.
@@ -154,32 +156,26 @@ pub struct Blind {
 /// Strength of a response, in σ of the whole of it, from which on an effect counts as shown.
 pub(super) const SHOWN: f64 = 5.0;
 /// ln of the odds at which one answer is no longer a real alternative to another.
-const REAL: f64 = 3.912_023_005_428_146; // ln 50
+pub(super) const REAL: f64 = 3.912_023_005_428_146; // ln 50
 /// ln of the odds over a simpler answer that an answer needs to be given.
 const CONVINCING: f64 = 2.0;
+/// Share of a misfit that causes have to take away to be named where a formula takes away the rest.
+const MOST: f64 = 0.9;
 /// Effects that the class `effective_track` stands for.
 const TRACK_CLASS: [&str; 3] = ["effective_track", "tyre_grip_anisotropy", "load_offset_longitudinal"];
 
-/// The answer: the best known one of which no part could as well be left out, or a formula where none serves; and whether
-/// it is a formula.
-pub(super) fn chosen<'a>(known: &'a Ranking, empirical: Option<&'a Ranking>) -> (&'a Hypothesis, bool) {
-    let best = convincing(known);
-    let formula = empirical.map(Ranking::best).filter(|h| !h.set.is_empty());
-    match formula.filter(|formula| formula.log_posterior > known.best().log_posterior + REAL) {
-        Some(formula) => (formula, true),
-        None => (best, false),
-    }
-}
-
-pub(super) fn judge(study: &Study<'_>, ranking: &Ranking, empirical: Option<&Ranking>) -> Diagnosis {
+/// The answer from a ranking of causes, be it beside a formula.
+pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
     let variants = &study.variants;
-    let (best, unexplained) = chosen(ranking, empirical);
+    let best = convincing(ranking);
+    let empirical = super::surrogate::terms(variants, &best.fit.at);
+    let unexplained = !empirical.is_empty() && share_of_causes(study, best) < MOST;
     let misfit = misfit(study);
     let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
     let probability = |h: &Hypothesis| (h.log_posterior - total).exp();
 
     let mut findings = Vec::new();
-    for &index in best.set.iter().filter(|_| !unexplained) {
+    for &index in best.set.iter().filter(|&&index| !unexplained && variants[index].term.is_none()) {
         findings.push(finding(study, ranking, best, index, total));
     }
     if study.noise.clock_std > 0.0 && !unexplained {
@@ -243,7 +239,8 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking, empirical: Option<&Ran
         blind_to: blind(study),
         noise: study.noise,
         causes: super::causes_of(variants, &best.fit.at),
-        empirical: if unexplained { terms_of(variants, best) } else { Vec::new() },
+        empirical,
+        correction: correction(study, &best.fit.at),
         next_experiment: None,
         runs: run_readings(study, &best.fit.at),
         left_out: study.left_out.clone(),
@@ -251,7 +248,7 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking, empirical: Option<&Ran
 }
 
 /// The best answer of which no part could as well be left out.
-fn convincing(ranking: &Ranking) -> &Hypothesis {
+pub(super) fn convincing(ranking: &Ranking) -> &Hypothesis {
     let mut best = ranking.best();
     loop {
         let simpler = ranking
@@ -264,6 +261,34 @@ fn convincing(ranking: &Ranking) -> &Hypothesis {
             None => return best,
         }
     }
+}
+
+/// Share by which turns or ways change under `at`, root mean square, whichever is greater.
+fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
+    let of = |component: usize| {
+        let (mut changed, mut whole) = (0.0, 0.0);
+        for (index, cluster) in study.clusters.iter().enumerate() {
+            let way = &study.surrogate.ways[cluster.reference];
+            let mut steps = way.steps.clone();
+            study.surrogate.responses[index].add(at, way, &study.variants, &mut steps);
+            for (step, given) in steps.iter().zip(&way.steps) {
+                changed += (step[component] - given[component]).powi(2);
+                whole += given[component].powi(2);
+            }
+        }
+        if whole > 0.0 { (changed / whole).sqrt() } else { 0.0 }
+    };
+    of(0).max(of(2)).min(1.0)
+}
+
+/// Share of what causes and formula take away together that the causes take away alone.
+fn share_of_causes(study: &Study<'_>, best: &Hypothesis) -> f64 {
+    let problem = study.problem(study.counts.clone());
+    let is_cause = |(axis, _): &&(super::variant::Axis, f64)| study.variants[axis.variant].term.is_none();
+    let causes: Vec<_> = best.fit.at.iter().filter(is_cause).copied().collect();
+    let axes: Vec<_> = causes.iter().map(|(axis, _)| *axis).collect();
+    let before = problem.fit(&[], &[]).chi2;
+    (before - problem.fit(&axes, &causes).chi2) / (before - best.fit.chi2)
 }
 
 fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize, total: f64) -> Finding {
@@ -369,14 +394,6 @@ fn misfit(study: &Study<'_>) -> Misfit {
     }
     let p_value = ChiSquared::new(dof as f64).map_or(f64::NAN, |law| law.sf(chi2));
     Misfit { chi2, dof, p_value, conditions }
-}
-
-/// The terms of a formula.
-fn terms_of(variants: &[Variant], best: &Hypothesis) -> Vec<EmpiricalTerm> {
-    let terms = best.fit.at.iter().filter_map(|(axis, value)| {
-        variants[axis.variant].term.map(|term| EmpiricalTerm { coefficient: *value, ..term })
-    });
-    terms.collect()
 }
 
 /// Readings of every run beside those predicted as given and under `at`.

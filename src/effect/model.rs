@@ -15,10 +15,13 @@
 //! coefficient = 0.003
 //! ```
 //!
+//! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of
+//! a way, on runs that it was not fitted to; `response`, of what causes do to it. A diagnosis blames no cause for so much.
+//!
 //! Every command takes one as `--robot`. It may hold edits of floor and survey, since that is where causes can lie.
 
 use super::{Cause, Effect, EffectError};
-use crate::scene::{EmpiricalTerm, Scene};
+use crate::scene::{Doubt, EmpiricalTerm, Scene};
 use crate::strict;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -35,6 +38,8 @@ pub struct ExtendedModel {
     pub causes: Vec<Cause>,
     /// Terms without a physical cause.
     pub empirical: Vec<EmpiricalTerm>,
+    /// How far the robot is known to differ from the model.
+    pub doubt: Doubt,
 }
 
 const FORMAT: &str = "treadmark-extended-robot/1";
@@ -52,6 +57,8 @@ struct File {
     effects: Vec<BTreeMap<String, toml::Value>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     empirical: Vec<EmpiricalTerm>,
+    #[serde(default, skip_serializing_if = "no_doubt")]
+    doubt: Doubt,
 }
 
 /// Reads a robot, extended or not, and a world, each a file or the name of a shipped one.
@@ -78,6 +85,7 @@ pub fn load_scene(robot: &str, world: &str) -> Result<Scene, EffectError> {
             scene = cause.edit(&scene);
         }
         scene.empirical.extend(&model.empirical);
+        scene.doubt = scene.doubt.widest(model.doubt);
         scene.robot.file = file;
     }
     Ok(scene)
@@ -104,7 +112,18 @@ impl ExtendedModel {
         // A base that is a file stands where this file says, seen from here.
         let beside = file.parent().unwrap_or(Path::new("")).join(&parsed.base);
         let base = if beside.is_file() { beside.to_string_lossy().into_owned() } else { parsed.base };
-        Ok(Some(ExtendedModel { base, description: parsed.description, causes, empirical: parsed.empirical }))
+        for (name, given) in [("motion", parsed.doubt.motion), ("response", parsed.doubt.response)] {
+            if !(0.0..=1.0).contains(&given) {
+                return Err(in_file(EffectError::Doubt { name, given }));
+            }
+        }
+        Ok(Some(ExtendedModel {
+            base,
+            description: parsed.description,
+            causes,
+            empirical: parsed.empirical,
+            doubt: parsed.doubt,
+        }))
     }
 
     /// The file's text.
@@ -129,9 +148,14 @@ impl ExtendedModel {
             base: self.base.clone(),
             effects,
             empirical: self.empirical.clone(),
+            doubt: self.doubt,
         };
         toml::to_string(&file).expect("strings, numbers and tables are TOML")
     }
+}
+
+fn no_doubt(doubt: &Doubt) -> bool {
+    *doubt == Doubt::default()
 }
 
 /// A cause from a table of its effect, parameters and choice.

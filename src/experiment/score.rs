@@ -7,7 +7,7 @@ use crate::dataset::{Dataset, Run};
 use crate::diagnose::{DiagnoseError, Diagnosis, ForwardError, Library, NoiseModel, Options, Study, Verdict};
 use crate::drive::{self, DriveError};
 use crate::effect::Cause;
-use crate::scene::Scene;
+use crate::scene::{Doubt, Scene};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -197,7 +197,11 @@ fn one(
             let mut study =
                 Study::new(std::slice::from_ref(clean), &[], simulator, Options::default(), Some(library), &|_, _| {})?;
             let found = study.diagnose()?;
-            Some(Simulator::new(&Cause::edit_all(&found.causes, base), stop))
+            let mut extended = Cause::edit_all(&found.causes, base);
+            extended.empirical.extend(&found.empirical);
+            let motion = study.gain()?.map_or(0.0, |gain| gain.motion_error);
+            extended.doubt = Doubt { motion, response: found.correction };
+            Some(Simulator::new(&extended, stop))
         }
     };
     let model = extended.as_ref().unwrap_or(simulator);

@@ -15,7 +15,7 @@ use treadmark::drive::{self, Observer, SimulatedRun, Snapshot, Task};
 use treadmark::effect::{Cause, EFFECTS, Effect, EffectError, ExtendedModel, Prior, load_scene};
 use treadmark::geometry::Pose2;
 use treadmark::odometry::DeadReckoning;
-use treadmark::scene::{EmpiricalTerm, Feature, GRAVITY, Scene, Side, TwistPart, Tyre};
+use treadmark::scene::{Doubt, EmpiricalTerm, Feature, GRAVITY, Scene, Side, TwistPart, Tyre};
 use treadmark::world::{Patch, PatchMotion, Play, WheelSnapshot, World};
 
 /// The physical test of each effect.
@@ -1044,6 +1044,7 @@ fn an_extended_model_reads_as_it_was_written() {
             description: "a \"test\"".to_owned(),
             causes: causes.to_vec(),
             empirical: empirical.to_vec(),
+            doubt: Doubt { motion: 1e-4 * empirical.len() as f64, response: 0.1 },
         };
         let one = model(robot, first, &[term]);
         let inner = write("inner.toml", &one);
@@ -1052,6 +1053,7 @@ fn an_extended_model_reads_as_it_was_written() {
         let outer = write("outer.toml", &model("inner.toml", second, &[]));
         let mut expected = Cause::edit_all(&causes, &plain);
         expected.empirical.push(term);
+        expected.doubt = Doubt { motion: 1e-4, response: 0.1 };
         let mut read = load_scene(&outer, "tilted_floor").expect("it reads");
         assert_eq!(read.robot.file, Path::new(&outer));
         read.robot.file.clone_from(&expected.robot.file);
