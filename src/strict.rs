@@ -67,6 +67,11 @@ pub(crate) fn non_negative<'de, D: Deserializer<'de>>(deserializer: D) -> Result
     ranged(deserializer, "a finite number, 0 or above", |value| value >= 0.0)
 }
 
+/// A share: a number from 0 to 1.
+pub(crate) fn share<'de, D: Deserializer<'de>>(deserializer: D) -> Result<f64, D::Error> {
+    ranged(deserializer, "a number from 0 to 1", |value| (0.0..=1.0).contains(&value))
+}
+
 /// [`positive`] for a key that may be absent.
 pub(crate) fn optional_positive<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
     positive(deserializer).map(Some)

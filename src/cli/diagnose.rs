@@ -91,10 +91,12 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         description: format!("treadmark diagnose: {:?}", found.verdict).to_lowercase(),
         causes: settings.into_iter().chain(found.causes.clone()).collect(),
         empirical: found.empirical.clone(),
-        doubt: given.doubt.widest(Doubt {
-            motion: gain.as_ref().map_or(0.0, |gain| gain.motion_error),
-            response: found.correction,
-        }),
+        // What a calibration would find is known as well as these data say; the rest stays in doubt.
+        doubt: Doubt {
+            motion: gain.as_ref().map_or(given.robot.doubt.motion, |gain| gain.motion_error),
+            response: found.doubt.response.max(given.robot.doubt.response),
+            ..found.doubt
+        },
     };
     std::fs::write(&model, extended.to_toml()).with_context(|| model.display().to_string())?;
     let model = std::path::absolute(&model).with_context(|| model.display().to_string())?;

@@ -104,13 +104,16 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         if study.reshape(&known) {
             known = study.search(&study.first_variants());
         }
-        let at = convincing(&study.explained(known)).fit.at.clone();
+        let at = {
+            let explained = study.explained(known);
+            study.answered(convincing(&explained))
+        };
         let mut of_fold = everyone.clone();
         for (run, count) in of_fold.iter_mut().enumerate() {
             *count *= f64::from(u8::from(fold.contains(&run)));
         }
         for (likelihood, share) in likelihoods.iter_mut().zip(doubt::SHARES) {
-            let share = share.max(study.model.scene().doubt.motion);
+            let share = share.max(study.model.scene().robot.doubt.motion);
             *likelihood += study.problem_of(&study.noise, share, of_fold.clone()).log_likelihood(&at);
         }
         let problem = study.problem(everyone.clone());
@@ -144,7 +147,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         heading_after: heading(1),
         interval: interval(&errors),
         noise_floor: root(&mut errors.iter().map(|e| e.floor)),
-        motion_error: motion_error.max(study.model.scene().doubt.motion),
+        motion_error: motion_error.max(study.model.scene().robot.doubt.motion),
         held_out: words,
     }))
 }

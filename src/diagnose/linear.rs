@@ -57,6 +57,10 @@ pub(super) struct Fit {
     pub log_evidence: f64,
     /// Σ of squared whitened residuals.
     pub chi2: f64,
+    /// What is left of it where responses are allowed their error.
+    pub left: f64,
+    /// The part of that by which runs of one kind differ, which no model can take away.
+    pub strays: f64,
 }
 
 /// Whitened sensitivities and residuals of the runs, cluster by cluster.
@@ -325,6 +329,18 @@ impl Problem<'_> {
         (a, b, c)
     }
 
+    /// Σ of squared whitened differences of a cluster's runs from their mean.
+    fn strays(&self, linear: &Linearised, cluster: usize) -> f64 {
+        let n = self.count_of(cluster);
+        let active = || self.clusters[cluster].runs.iter().copied().filter(|&run| self.counts[run] > 0.0);
+        let mean = self.mean(linear, cluster).residual;
+        if n > 1.0 {
+            active().map(|run| self.counts[run] * (&linear.residuals[run] - &mean).norm_squared()).sum()
+        } else {
+            0.0
+        }
+    }
+
     /// Means over the active runs of a cluster.
     fn mean(&self, linear: &Linearised, cluster: usize) -> Mean {
         let n = self.count_of(cluster);
@@ -391,7 +407,10 @@ impl Problem<'_> {
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
     pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
         let mut linear = self.linearise(&at, axes);
-        let physical = at.iter().any(|(axis, _)| !self.variants[axis.variant].effect.is_survey());
+        let physical = at.iter().any(|(axis, _)| {
+            let variant = &self.variants[axis.variant];
+            !variant.effect.is_survey() && !variant.doubted
+        });
         let with_error = physical && self.response_error.iter().any(|error| *error > 0.0);
         let chi2: f64 =
             linear.residuals.iter().zip(&self.counts).map(|(residual, count)| count * residual.norm_squared()).sum();
@@ -455,10 +474,11 @@ impl Problem<'_> {
             }
         }
         let Some(factor) = Cholesky::new(normal) else {
-            return Fit { at, covariance: DMatrix::identity(p, p), log_evidence: f64::NEG_INFINITY, chi2 };
+            return Fit { at, covariance: DMatrix::identity(p, p), log_evidence: f64::NEG_INFINITY, chi2, left: chi2, strays: 0.0 };
         };
         let solution = factor.solve(&right);
         log_det += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let strays = (0..self.clusters.len()).map(|index| self.strays(&linear, index)).sum();
         let quadratic = c + off.component_mul(&off).dot(&precision) - right.dot(&solution);
         let mut log_evidence =
             -0.5 * quadratic - 0.5 * log_det + 0.5 * precision.iter().map(|value| value.ln()).sum::<f64>();
@@ -471,7 +491,7 @@ impl Problem<'_> {
             }
         }
         let at = at.into_iter().enumerate().map(|(index, (axis, value))| (axis, value + solution[index])).collect();
-        Fit { at, covariance, log_evidence, chi2 }
+        Fit { at, covariance, log_evidence, chi2, left: quadratic, strays }
     }
 }
 

@@ -31,7 +31,7 @@ pub use verdict::{Blind, Diagnosis, Finding, Found, Misfit, MisfitCondition, Ran
 
 use crate::dataset::Dataset;
 use crate::effect::Cause;
-use crate::scene::TwistPart;
+use crate::scene::{Doubt, TwistPart};
 use case::{Case, Cluster};
 use linear::Problem;
 use nalgebra::{DMatrix, DVector};
@@ -46,6 +46,14 @@ const MOST_TERMS: usize = 4;
 const PLAUSIBLE_TERM: f64 = 0.01;
 /// Size that no empirical term may have, in units of what is plausible: a tenth of the speed is no misfit but another robot.
 const LARGEST_TERM: f64 = 10.0;
+
+/// What a calibration finds.
+const CALIBRATED: [&str; 3] = ["wheel_diameter_scale", "wheel_diameter_mismatch", "effective_track"];
+
+/// How far that is in doubt.
+fn calibrated(doubt: Doubt) -> [f64; 3] {
+    [doubt.diameter_scale, doubt.diameter_ratio, doubt.effective_track]
+}
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
@@ -143,6 +151,13 @@ impl<'m> Study<'m> {
             }
         }
         surrogate.add_terms(&clusters, &variants);
+        for (id, doubt) in CALIBRATED.into_iter().zip(calibrated(scene.robot.doubt)) {
+            let known = variants.iter().find(|variant| variant.effect.id == id);
+            if let Some(doubted) = known.filter(|_| doubt > 0.0).map(|variant| variant.doubted(doubt)) {
+                variants.push(doubted);
+            }
+        }
+        surrogate.add_doubted(&variants);
         let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
         let doubts = clusters
             .iter()
@@ -295,11 +310,12 @@ impl<'m> Study<'m> {
             })
             .collect();
         let own = log_det(&self.problem(self.counts.clone()));
+        let nothing = ranking.nothing().set.clone();
         let leading: Vec<&mut search::Hypothesis> = ranking
             .hypotheses
             .iter_mut()
             .enumerate()
-            .filter(|(rank, h)| h.set.is_empty() || (*rank < 20 && h.log_posterior > best - WITHIN))
+            .filter(|(rank, h)| h.set == nothing || (*rank < 20 && h.log_posterior > best - WITHIN))
             .map(|(_, hypothesis)| hypothesis)
             .collect();
         leading.into_par_iter().for_each(|hypothesis| {
@@ -322,7 +338,7 @@ impl<'m> Study<'m> {
     }
 
     fn problem_under(&self, noise: &NoiseModel, counts: Vec<f64>) -> Problem<'_> {
-        self.problem_of(noise, self.model.scene().doubt.motion, counts)
+        self.problem_of(noise, self.model.scene().robot.doubt.motion, counts)
     }
 
     fn problem_of(&self, noise: &NoiseModel, motion_error: f64, counts: Vec<f64>) -> Problem<'_> {
@@ -331,7 +347,7 @@ impl<'m> Study<'m> {
             true => self.doubts.iter().zip(&factors).map(|(columns, factor)| doubt::of(columns, motion_error, factor)).collect(),
             false => Vec::new(),
         };
-        let response = self.model.scene().doubt.response;
+        let response = self.model.scene().robot.doubt.response;
         let exact = Problem {
             doubts: vec![None; factors.len()],
             of_means: vec![None; factors.len()],
@@ -387,12 +403,12 @@ impl<'m> Study<'m> {
 
     /// Variants of the catalogue.
     fn known_variants(&self) -> Vec<usize> {
-        (0..self.variants.len()).filter(|&index| self.variants[index].term.is_none()).collect()
+        (0..self.variants.len()).filter(|&index| self.variants[index].is_cause()).collect()
     }
 
     /// Those that do not depend on what was measured.
     fn first_variants(&self) -> Vec<usize> {
-        (0..self.first_variants).filter(|&index| self.variants[index].term.is_none()).collect()
+        (0..self.first_variants).filter(|&index| self.variants[index].is_cause()).collect()
     }
 
     /// Simulates spots between the place of a leading spot and its neighbours; whether there was one.
@@ -432,6 +448,7 @@ impl<'m> Study<'m> {
             Err(_) => return known,
         }
         let problem = self.problem(self.counts.clone());
+        formula.extend(search::doubted(&self.variants));
         search::Ranking::search_on(&problem, &formula, &self.known_variants(), self.options.most_causes)
     }
 
@@ -468,10 +485,10 @@ impl<'m> Study<'m> {
         };
         let ambiguous = diagnosis.verdict == Verdict::Ambiguous;
         let rival =
-            ranking.hypotheses.iter().skip(1).find(|h| ids(h) != ids(best) && (!ambiguous || !h.set.is_empty()));
+            ranking.hypotheses.iter().skip(1).find(|h| ids(h) != ids(best) && (!ambiguous || h.set != ranking.nothing().set));
         let Some(rival) = rival.filter(|_| ambiguous) else { return Ok(None) };
         let name = |h: &search::Hypothesis| {
-            let causes = h.set.iter().filter(|&&index| self.variants[index].term.is_none());
+            let causes = h.set.iter().filter(|&&index| self.variants[index].is_cause());
             let names: Vec<String> = causes.map(|&index| self.variants[index].label()).collect();
             if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") }
         };
@@ -512,6 +529,11 @@ impl<'m> Study<'m> {
         Ok(refined)
     }
 
+    /// Where an answer is, without what is in doubt of the model anyway.
+    fn answered(&self, answer: &search::Hypothesis) -> Vec<(variant::Axis, f64)> {
+        answer.fit.at.iter().filter(|(axis, _)| !self.variants[axis.variant].doubted).copied().collect()
+    }
+
     /// What these data could not show.
     pub fn blind(&self) -> Vec<Blind> {
         verdict::blind(self)
@@ -527,6 +549,20 @@ impl<'m> Study<'m> {
     pub fn strength(&self) -> f64 {
         let problem = self.problem(self.counts.clone());
         problem.fit(&[], &[]).chi2.sqrt()
+    }
+
+    /// ln evidence of two effects together at their best; `None` where they are not worth a look.
+    pub fn pair_evidence(&self, pair: [&str; 2]) -> Option<PairEvidence> {
+        let ranking = search::Ranking::search(&self.problem(self.counts.clone()), &self.known_variants(), 2);
+        let is_pair = |h: &&search::Hypothesis| {
+            let ids: Vec<&str> = h.set.iter().map(|&index| self.variants[index].effect.id).collect();
+            ids.len() == 2 && pair.iter().all(|id| ids.contains(id))
+        };
+        let best = |evidences: &mut dyn Iterator<Item = f64>| evidences.reduce(f64::max);
+        let both = best(&mut ranking.hypotheses.iter().filter(is_pair).map(|h| h.fit.log_evidence))?;
+        let fewer =
+            best(&mut ranking.hypotheses.iter().filter(|h| h.set.len() < 2).map(|h| h.fit.log_evidence))?;
+        Some(PairEvidence { both, fewer })
     }
 
     /// ln evidence of nothing, and of every single effect at its best.
@@ -545,6 +581,15 @@ impl<'m> Study<'m> {
         }
         (ranking.nothing().fit.log_evidence, of_effect)
     }
+}
+
+/// ln evidence of a pair of effects, and of what could be said instead.
+#[derive(Debug, Clone, Copy)]
+pub struct PairEvidence {
+    /// Of both.
+    pub both: f64,
+    /// Of the best single effect, or of nothing.
+    pub fewer: f64,
 }
 
 /// The causes of a hypothesis.

@@ -37,8 +37,6 @@ const BEAM: usize = 4;
 const PROMISES: usize = 24;
 /// Spots on the floor that are looked at closely from each.
 const SPOTS: usize = 6;
-/// Distance of two spots that do not overlap \[m\].
-const ROOM: f64 = 0.6;
 
 pub(super) fn axes_of(variants: &[Variant], set: &Set) -> Vec<Axis> {
     set.iter()
@@ -53,29 +51,30 @@ const UNKNOWN: f64 = 0.03;
 
 /// ln of the prior of a set: causes are alike likely, and so are the wheels or sides of one.
 pub(super) fn log_prior(variants: &[Variant], set: &Set) -> f64 {
-    if set.is_empty() {
-        return NOTHING.ln();
-    }
-    let (terms, causes): (Set, Set) = set.iter().copied().partition(|&index| variants[index].term.is_some());
+    let terms: Set = set.iter().copied().filter(|&index| variants[index].term.is_some()).collect();
+    let causes: Set = set.iter().copied().filter(|&index| variants[index].is_cause()).collect();
     if !terms.is_empty() {
         // Each further term of a formula is as likely as any other.
         let all = variants.iter().filter(|variant| variant.term.is_some()).count() as f64;
         let of_causes = if causes.is_empty() { 0.0 } else { log_prior(variants, &causes) };
         return of_causes + UNKNOWN.ln() - terms.len() as f64 * all.ln();
     }
+    if causes.is_empty() {
+        return NOTHING.ln();
+    }
     let mut of_effect: BTreeMap<&str, usize> = BTreeMap::new();
-    for variant in variants.iter().filter(|variant| variant.term.is_none()) {
+    for variant in variants.iter().filter(|variant| variant.is_cause()) {
         *of_effect.entry(variant.effect.id).or_default() += 1;
     }
     let effects = of_effect.len() as f64;
-    let rarity = (1.0 - NOTHING).ln() + (set.len() - 1) as f64 * FURTHER.ln();
-    rarity - set.iter().map(|&index| (effects * of_effect[variants[index].effect.id] as f64).ln()).sum::<f64>()
+    let rarity = (1.0 - NOTHING).ln() + (causes.len() - 1) as f64 * FURTHER.ln();
+    rarity - causes.iter().map(|&index| (effects * of_effect[variants[index].effect.id] as f64).ln()).sum::<f64>()
 }
 
 impl Ranking {
-    /// Searches sets of up to `most` causes among `allowed` variants.
+    /// Searches sets of up to `most` causes among `allowed` variants, besides what is in doubt of the model.
     pub fn search(problem: &Problem<'_>, allowed: &[usize], most: usize) -> Ranking {
-        Ranking::search_on(problem, &[], allowed, most)
+        Ranking::search_on(problem, &doubted(problem.variants), allowed, most)
     }
 
     /// Searches sets of what moves along the axes of `base`, which begin where it says, and up to `most` of the `allowed`
@@ -149,6 +148,12 @@ impl Ranking {
     }
 }
 
+/// The axes of what is in doubt of the model.
+pub(super) fn doubted(variants: &[Variant]) -> Vec<(Axis, f64)> {
+    let indices = (0..variants.len()).filter(|&index| variants[index].doubted);
+    indices.map(|variant| (Axis { variant, coordinate: 0 }, 0.0)).collect()
+}
+
 /// What a linear look expects of a set.
 struct Promise {
     log_posterior: f64,
@@ -161,14 +166,10 @@ struct Promise {
 /// which are many, the most promising.
 fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<Promise> {
     let variants = problem.variants;
-    // Two spots that overlap are one in another place.
-    let overlaps = |index: usize| {
-        let apart = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).hypot(a[1] - b[1]) >= ROOM;
-        let place = variants[index].place();
-        place.is_some_and(|place| seed.set.iter().filter_map(|&it| variants[it].place()).any(|it| !apart(it, place)))
-    };
-    let others: Vec<usize> =
-        allowed.iter().copied().filter(|&index| !seed.set.contains(&index) && !overlaps(index)).collect();
+    // The catalogue knows one spot; with several, any floor could be painted.
+    let has_spot = seed.set.iter().any(|&index| variants[index].place().is_some());
+    let fits = |&index: &usize| !(seed.set.contains(&index) || has_spot && variants[index].place().is_some());
+    let others: Vec<usize> = allowed.iter().copied().filter(fits).collect();
     let mut axes: Vec<Axis> = seed.fit.at.iter().map(|(axis, _)| *axis).collect();
     let own = axes.len();
     axes.extend(axes_of(variants, &others.iter().copied().collect()));

@@ -288,6 +288,19 @@ impl Surrogate {
         }
     }
 
+    /// Lets what is in doubt of the model do what its effect does.
+    pub fn add_doubted(&mut self, variants: &[Variant]) {
+        for (index, variant) in variants.iter().enumerate().filter(|(_, variant)| variant.doubted) {
+            let alike = |it: &Variant| it.is_cause() && it.effect == variant.effect && it.choice == variant.choice;
+            let Some(original) = variants.iter().position(alike) else { continue };
+            for responses in &mut self.responses {
+                if let Some(response) = responses.of_axis.get(&Axis { variant: original, coordinate: 0 }).cloned() {
+                    responses.of_axis.insert(Axis { variant: index, coordinate: 0 }, response);
+                }
+            }
+        }
+    }
+
     /// Root mean squares over all ways of each feature, and of the forward speed.
     pub fn sizes(&self, clusters: &[Cluster]) -> (Vec<(Feature, f64)>, f64) {
         let mean_square = |part: TwistPart, feature: Feature| {
@@ -508,7 +521,7 @@ pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effec
             of_variant.entry(axis.variant).or_insert_with(|| vec![0.0; variants[axis.variant].coordinates.len()]);
         values[axis.coordinate] = *value;
     }
-    of_variant.retain(|variant, _| variants[*variant].term.is_none());
+    of_variant.retain(|variant, _| variants[*variant].is_cause());
     of_variant.into_iter().map(|(variant, values)| variants[variant].cause(&values)).collect()
 }
 
@@ -543,9 +556,19 @@ pub(super) fn compose(start: Pose2, steps: &[Step]) -> Vec<Pose2> {
     let mut path = Vec::with_capacity(steps.len() + 1);
     let mut pose = start;
     path.push(pose);
-    for step in steps {
-        pose = pose.compose(Pose2::new(step[0], step[1], step[2]));
+    let (mut sin, mut cos) = start.heading.sin_cos();
+    for &[dx, dy, turn] in steps {
+        pose = Pose2::new(pose.x + cos * dx - sin * dy, pose.y + sin * dx + cos * dy, pose.heading + turn);
         path.push(pose);
+        // A step turns little: the direction is turned on, by series that are exact to 1e-12 below 0.15 rad.
+        (sin, cos) = if turn.abs() < 0.15 {
+            let t2 = turn * turn;
+            let s = turn * (1.0 - t2 / 6.0 * (1.0 - t2 / 20.0 * (1.0 - t2 / 42.0)));
+            let c = 1.0 - t2 / 2.0 * (1.0 - t2 / 12.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0)));
+            (sin * c + cos * s, cos * c - sin * s)
+        } else {
+            pose.heading.sin_cos()
+        };
     }
     path
 }

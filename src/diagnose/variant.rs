@@ -17,6 +17,8 @@ pub(super) struct Variant {
     pub term: Option<EmpiricalTerm>,
     /// Parameters that are held: a place on the floor.
     pub held: Vec<(usize, f64)>,
+    /// Not a candidate, but what is in doubt of the model: it always moves a little.
+    pub doubted: bool,
     pub coordinates: Vec<Coordinate>,
 }
 
@@ -76,7 +78,7 @@ impl Variant {
                 Prior::OnPath | Prior::Known(_) => {}
             }
         }
-        Variant { effect, choice, term: None, held, coordinates }
+        Variant { effect, choice, term: None, held, doubted: false, coordinates }
     }
 
     /// A spot on the floor at a place in the room \[m\].
@@ -97,8 +99,20 @@ impl Variant {
             choice: String::new(),
             term: Some(EmpiricalTerm { part, feature, coefficient: 1.0 }),
             held: Vec::new(),
+            doubted: false,
             coordinates: vec![Coordinate { neutral: 0.0, mean: 0.0, std_dev, one_sided: false, hourly: false }],
         }
+    }
+
+    /// The same as something that is in doubt by 1 σ, and no candidate.
+    pub fn doubted(&self, std_dev: f64) -> Variant {
+        let coordinate = Coordinate { mean: 0.0, std_dev, ..self.coordinates[0] };
+        Variant { doubted: true, coordinates: vec![coordinate], ..self.clone() }
+    }
+
+    /// Whether it is a cause that can be named.
+    pub fn is_cause(&self) -> bool {
+        self.term.is_none() && !self.doubted
     }
 
     /// The cause at these coordinates.

@@ -7,7 +7,7 @@ use super::{NextExperiment, noise::NoiseModel};
 use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
 use crate::geometry::Pose2;
-use crate::scene::EmpiricalTerm;
+use crate::scene::{Doubt, EmpiricalTerm};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// What a diagnosis says.
@@ -44,8 +44,8 @@ pub struct Diagnosis {
     pub causes: Vec<Cause>,
     /// Terms of the body's twist, where a formula takes away what known causes leave.
     pub empirical: Vec<EmpiricalTerm>,
-    /// Share of the motion by which the answer's differs from that of the model as given.
-    pub correction: f64,
+    /// How far the answer is to be doubted in its turn, but for its motion, which [`super::Gain`] tells.
+    pub doubt: Doubt,
     /// What to drive next, where two answers stand.
     pub next_experiment: Option<NextExperiment>,
     /// Readings of every run, and what the models predict of them.
@@ -159,6 +159,8 @@ pub(super) const SHOWN: f64 = 5.0;
 pub(super) const REAL: f64 = 3.912_023_005_428_146; // ln 50
 /// ln of the odds over a simpler answer that an answer needs to be given.
 const CONVINCING: f64 = 2.0;
+/// Variance of the runs' means, over what their noise makes of it, from which on the answer that leaves it is none.
+const MUCH: f64 = 2.0;
 /// Share of a misfit that causes have to take away to be named where a formula takes away the rest.
 const MOST: f64 = 0.9;
 /// Effects that the class `effective_track` stands for.
@@ -169,13 +171,14 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
     let variants = &study.variants;
     let best = convincing(ranking);
     let empirical = super::surrogate::terms(variants, &best.fit.at);
-    let unexplained = !empirical.is_empty() && share_of_causes(study, best) < MOST;
+    let by_formula = !empirical.is_empty() && share_of_causes(study, best) < MOST;
+    let unexplained = by_formula || leaves_much(study, best);
     let misfit = misfit(study);
     let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
     let probability = |h: &Hypothesis| (h.log_posterior - total).exp();
 
     let mut findings = Vec::new();
-    for &index in best.set.iter().filter(|&&index| !unexplained && variants[index].term.is_none()) {
+    for &index in best.set.iter().filter(|&&index| !unexplained && variants[index].is_cause()) {
         findings.push(finding(study, ranking, best, index, total));
     }
     if study.noise.clock_std > 0.0 && !unexplained {
@@ -211,13 +214,14 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
     };
     let ids: Vec<&'static str> = {
         let mut ids: Vec<_> =
-            variants.iter().filter(|variant| variant.term.is_none()).map(|variant| variant.effect.id).collect();
+            variants.iter().filter(|variant| variant.is_cause()).map(|variant| variant.effect.id).collect();
         ids.dedup();
         ids
     };
     let mut probabilities = vec![(None, probability(ranking.nothing()))];
     probabilities.extend(ids.iter().map(|&id| {
-        let holds = |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].effect.id == id);
+        let holds =
+            |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].is_cause() && variants[index].effect.id == id);
         (Some(id), ranking.hypotheses.iter().filter(holds).map(probability).sum())
     }));
     let ranked = ranking
@@ -225,7 +229,7 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
         .iter()
         .take(40)
         .map(|h| Ranked {
-            effects: h.set.iter().map(|&index| variants[index].label()).collect(),
+            effects: h.set.iter().map(|&i| &variants[i]).filter(|it| !it.doubted).map(Variant::label).collect(),
             log_evidence: h.fit.log_evidence,
             probability: probability(h),
         })
@@ -240,9 +244,9 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
         noise: study.noise,
         causes: super::causes_of(variants, &best.fit.at),
         empirical,
-        correction: correction(study, &best.fit.at),
+        doubt: doubt(study, best),
         next_experiment: None,
-        runs: run_readings(study, &best.fit.at),
+        runs: run_readings(study, &study.answered(best)),
         left_out: study.left_out.clone(),
     }
 }
@@ -260,6 +264,31 @@ pub(super) fn convincing(ranking: &Ranking) -> &Hypothesis {
             Some(simpler) => best = simpler,
             None => return best,
         }
+    }
+}
+
+/// How far an answer is to be doubted: a model that had to be moved by so much may answer causes otherwise by as much, and
+/// what a calibration would find is known as well as these data say.
+fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
+    let problem = study.problem(study.counts.clone());
+    let of = super::CALIBRATED.map(|id| study.variants.iter().position(|it| it.is_cause() && it.effect.id == id));
+    let mut set = best.set.clone();
+    set.extend(of.into_iter().flatten());
+    let fit = problem.fit(&axes_of(&study.variants, &set), &best.fit.at);
+    let widths = of.map(|variant| {
+        let place = fit.at.iter().position(|(axis, _)| Some(axis.variant) == variant);
+        place.map_or(0.0, |place| {
+            let left_out = !best.set.contains(&fit.at[place].0.variant);
+            let off = if left_out { fit.at[place].1 } else { 0.0 };
+            off.hypot(fit.covariance[(place, place)].sqrt())
+        })
+    });
+    Doubt {
+        motion: 0.0,
+        response: correction(study, &best.fit.at),
+        diameter_scale: widths[0],
+        diameter_ratio: widths[1],
+        effective_track: widths[2],
     }
 }
 
@@ -281,10 +310,24 @@ fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
     of(0).max(of(2)).min(1.0)
 }
 
+/// Whether an answer leaves so much of the runs' means, against what runs of one kind stray by, that it is none.
+fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
+    let active = |runs: &[usize]| runs.iter().filter(|&&run| study.counts[run] > 0.0).count();
+    let of_means: usize = study
+        .clusters
+        .iter()
+        .filter(|cluster| active(&cluster.runs) > 0)
+        .map(|cluster| study.observed[cluster.reference].len())
+        .sum();
+    let freedom = of_means as f64;
+    let left = best.fit.left - best.fit.strays;
+    left > MUCH * freedom && left > freedom + 5.0 * (2.0 * freedom).sqrt()
+}
+
 /// Share of what causes and formula take away together that the causes take away alone.
 fn share_of_causes(study: &Study<'_>, best: &Hypothesis) -> f64 {
     let problem = study.problem(study.counts.clone());
-    let is_cause = |(axis, _): &&(super::variant::Axis, f64)| study.variants[axis.variant].term.is_none();
+    let is_cause = |(axis, _): &&(super::variant::Axis, f64)| study.variants[axis.variant].is_cause();
     let causes: Vec<_> = best.fit.at.iter().filter(is_cause).copied().collect();
     let axes: Vec<_> = causes.iter().map(|(axis, _)| *axis).collect();
     let before = problem.fit(&[], &[]).chi2;
@@ -321,7 +364,9 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
             }
         }
     }
-    let holds = |h: &&Hypothesis| h.set.iter().any(|&other| variants[other].effect.id == variant.effect.id);
+    let holds = |h: &&Hypothesis| {
+        h.set.iter().any(|&other| variants[other].is_cause() && variants[other].effect.id == variant.effect.id)
+    };
     let mut probability =
         ranking.hypotheses.iter().filter(holds).map(|h| (h.log_posterior - total).exp()).sum::<f64>().min(1.0);
     // What only the class can name is named by the class.
@@ -335,7 +380,10 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
             ranking
                 .hypotheses
                 .iter()
-                .filter(|h| h.set.iter().any(|&other| TRACK_CLASS.contains(&variants[other].effect.id)))
+                .filter(|h| {
+                    let named = |&other: &usize| variants[other].is_cause() && TRACK_CLASS.contains(&variants[other].effect.id);
+                    h.set.iter().any(named)
+                })
                 .map(|h| (h.log_posterior - total).exp())
                 .sum::<f64>(),
         );
@@ -435,7 +483,7 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
     let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
     let mut list: Vec<Blind> = Vec::new();
     let places: Vec<&str> = study.variants.iter().filter(|v| v.place().is_some()).map(|v| v.effect.id).collect();
-    for (index, variant) in study.variants.iter().enumerate().filter(|(_, variant)| variant.term.is_none()) {
+    for (index, variant) in study.variants.iter().enumerate().filter(|(_, variant)| variant.is_cause()) {
         let own: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].variant == index).collect();
         let information: Vec<f64> = own.iter().map(|&k| gram[(k, k)]).collect();
         let smallest = |value: f64| if value > 1e-12 { SHOWN / value.sqrt() } else { f64::INFINITY };

@@ -57,14 +57,6 @@ pub enum EffectError {
         /// Greatest allowed.
         greatest: f64,
     },
-    /// A doubt that is no share.
-    #[error("doubt.{name} = {given}: it must lie between 0 and 1")]
-    Doubt {
-        /// Which.
-        name: &'static str,
-        /// As given.
-        given: f64,
-    },
     /// A wheel or side that does not exist, or was not said.
     #[error("{effect}.{key} = \"{given}\": it must be one of {}", among.join(", "))]
     Choice {

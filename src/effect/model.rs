@@ -16,7 +16,8 @@
 //! ```
 //!
 //! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of
-//! a way, on runs that it was not fitted to; `response`, of what causes do to it. A diagnosis blames no cause for so much.
+//! a way, on runs that it was not fitted to; `response`, of what causes do to it; `diameter_scale`, `diameter_ratio` and
+//! `effective_track`, 1 σ of what a calibration would find. A diagnosis blames no cause for so much.
 //!
 //! Every command takes one as `--robot`. It may hold edits of floor and survey, since that is where causes can lie.
 
@@ -85,7 +86,7 @@ pub fn load_scene(robot: &str, world: &str) -> Result<Scene, EffectError> {
             scene = cause.edit(&scene);
         }
         scene.empirical.extend(&model.empirical);
-        scene.doubt = scene.doubt.widest(model.doubt);
+        scene.robot.doubt = scene.robot.doubt.widest(model.doubt);
         scene.robot.file = file;
     }
     Ok(scene)
@@ -112,11 +113,6 @@ impl ExtendedModel {
         // A base that is a file stands where this file says, seen from here.
         let beside = file.parent().unwrap_or(Path::new("")).join(&parsed.base);
         let base = if beside.is_file() { beside.to_string_lossy().into_owned() } else { parsed.base };
-        for (name, given) in [("motion", parsed.doubt.motion), ("response", parsed.doubt.response)] {
-            if !(0.0..=1.0).contains(&given) {
-                return Err(in_file(EffectError::Doubt { name, given }));
-            }
-        }
         Ok(Some(ExtendedModel {
             base,
             description: parsed.description,

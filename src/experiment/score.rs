@@ -61,6 +61,8 @@ pub enum Tally {
     Missed,
     /// An answer without the true effect.
     Wrong,
+    /// Nothing false of two effects that the data do not call for both of.
+    AsFarAsCalledFor,
     /// Both of two effects, each alone.
     BothExact,
     /// Both of two effects, in the answers' sets.
@@ -104,6 +106,10 @@ pub fn score(
     watch: &mut dyn FnMut(&Scored),
     stop: &AtomicBool,
 ) -> Result<Score, ScoreError> {
+    // The world is made of the model: but for another tyre law, nothing of it is in doubt.
+    let mut base = base.clone();
+    base.robot.doubt = Doubt::default();
+    let base = &base;
     let simulator = Simulator::new(base, stop);
     let library = library(&simulator, challenge.campaign, challenge.data)?;
     let mut draws = Vec::new();
@@ -200,13 +206,17 @@ fn one(
             let mut extended = Cause::edit_all(&found.causes, base);
             extended.empirical.extend(&found.empirical);
             let motion = study.gain()?.map_or(0.0, |gain| gain.motion_error);
-            extended.doubt = Doubt { motion, response: found.correction };
-            Some(Simulator::new(&extended, stop))
+            extended.robot.doubt = Doubt { motion, ..found.doubt };
+            Some((Simulator::new(&extended, stop), found.doubt.response))
         }
     };
-    let model = extended.as_ref().unwrap_or(simulator);
+    // A model that was moved by more than responses may err answers causes otherwise.
+    let (model, known) = match &extended {
+        None => (simulator, Some(library)),
+        Some((model, correction)) => (model, (*correction < Options::default().response_error[1]).then_some(library)),
+    };
     let mut study =
-        Study::new(std::slice::from_ref(&draw.dataset), &[], model, Options::default(), Some(library), &|_, _| {})?;
+        Study::new(std::slice::from_ref(&draw.dataset), &[], model, Options::default(), known, &|_, _| {})?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
     let held_out = study.gain()?;
@@ -321,8 +331,11 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
         },
         (_, both) => {
             let all = both.iter().all(|id| answers.iter().any(|answer| holds(answer, id)));
+            let pair = <[&str; 2]>::try_from(both).ok().and_then(|pair| oracle.pair_evidence(pair));
+            let called_for = pair.is_some_and(|pair| pair.both > pair.fewer + ALIKE);
             match () {
                 () if wrong => Tally::Wrong,
+                () if !called_for => Tally::AsFarAsCalledFor,
                 () if all && answers.len() == both.len() && answers.iter().all(|answer| answer.len() == 1) => {
                     Tally::BothExact
                 }

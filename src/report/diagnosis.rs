@@ -74,10 +74,16 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
         }
         Verdict::Unexplained => {
             let terms: Vec<String> = diagnosis.empirical.iter().map(ToString::to_string).collect();
-            format!(
-                "Unexplained: no known effect takes the misfit away. An empirical formula does: {}.",
-                terms.join(", ")
-            )
+            let causes: Vec<String> = diagnosis.causes.iter().map(|cause| cause.effect.id.to_owned()).collect();
+            let nearest = match (causes.as_slice(), terms.as_slice()) {
+                ([], []) => "nothing comes near".to_owned(),
+                ([], terms) => format!("an empirical formula does what can be done: {}", terms.join(", ")),
+                (causes, []) => format!("{} come nearest, and the extended model holds them", joined(causes, "and")),
+                (causes, terms) => {
+                    format!("{} come nearest beside a formula, {}", joined(causes, "and"), terms.join(", "))
+                }
+            };
+            format!("Unexplained: no known effect takes the misfit away; {nearest}.")
         }
         Verdict::Named => {
             format!("Named: {} explain{} these data.", list(&alone), if alone.len() == 1 { "s" } else { "" })

@@ -17,14 +17,12 @@ mod whole;
 pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
 pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape};
-pub use robot::{Caster, DriverSettings, Drivetrain, Encoder, Robot, Side, Wheel};
+pub use robot::{Caster, Doubt, DriverSettings, Drivetrain, Encoder, Robot, Side, Wheel};
 pub use shape::{Body, PlacedShape, Placement, Shape};
 pub use shipped::{ROBOTS, WORLDS};
 pub use survey::{Scatter, Survey};
 pub use tyre::Tyre;
 pub use whole::RoundWheel;
-
-use serde::{Deserialize, Serialize};
 
 /// Standard gravity \[m/s²\] (CGPM 1901).
 pub const GRAVITY: f64 = 9.80665;
@@ -46,8 +44,6 @@ pub struct Scene {
     pub tether: Option<Tether>,
     /// Motion that no physical part of the scene explains, as a diagnosis found it.
     pub empirical: Vec<EmpiricalTerm>,
-    /// How far the robot is known to differ from this scene.
-    pub doubt: Doubt,
     /// Length of a simulation step \[s\].
     pub time_step: f64,
 }
@@ -59,23 +55,6 @@ pub struct Tether {
     pub anchor: [f64; 3],
     /// \[N\]
     pub pull: f64,
-}
-
-/// How far a robot is known to differ from its model. Nothing is simulated by it; a diagnosis blames no cause for so much.
-#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields, default)]
-pub struct Doubt {
-    /// Of its motion, relative to each part of a way.
-    pub motion: f64,
-    /// Of what causes do to its motion, relative.
-    pub response: f64,
-}
-
-impl Doubt {
-    /// The greater of each.
-    pub fn widest(self, other: Doubt) -> Doubt {
-        Doubt { motion: self.motion.max(other.motion), response: self.response.max(other.response) }
-    }
 }
 
 /// How a wheel meets the ground.
@@ -106,7 +85,6 @@ impl Scene {
             contact: Contact::default(),
             tether: None,
             empirical: Vec::new(),
-            doubt: Doubt::default(),
             time_step: DEFAULT_TIME_STEP,
         })
     }

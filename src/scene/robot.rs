@@ -8,9 +8,9 @@ use super::shape::{Body, Placement};
 use super::tyre::Tyre;
 use super::{shipped, urdf};
 use crate::odometry::OdometryParameters;
-use crate::strict::{non_negative, optional_non_negative, optional_positive, positive};
+use crate::strict::{non_negative, optional_non_negative, optional_positive, positive, share};
 use nalgebra::{Point3, UnitVector3};
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
@@ -47,8 +47,44 @@ pub struct Robot {
     pub odometry: OdometryParameters,
     /// How the driver drives.
     pub driver: DriverSettings,
+    /// How far the robot is known to differ from this model.
+    pub doubt: Doubt,
     /// What loading it left out, in plain words: joints held fixed, meshes ignored.
     pub notes: Vec<String>,
+}
+
+/// How far a robot is known to differ from its model. Nothing is simulated by it; a diagnosis blames no cause for so much.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields, default)]
+pub struct Doubt {
+    /// Of its motion, relative to each part of a way.
+    #[serde(deserialize_with = "share")]
+    pub motion: f64,
+    /// Of what causes do to its motion, relative.
+    #[serde(deserialize_with = "share")]
+    pub response: f64,
+    /// 1 σ of what a calibration finds, relative: mean diameter, right over left diameter, effective track.
+    #[serde(deserialize_with = "share")]
+    pub diameter_scale: f64,
+    /// See `diameter_scale`.
+    #[serde(deserialize_with = "share")]
+    pub diameter_ratio: f64,
+    /// See `diameter_scale`.
+    #[serde(deserialize_with = "share")]
+    pub effective_track: f64,
+}
+
+impl Doubt {
+    /// The greater of each.
+    pub fn widest(self, other: Doubt) -> Doubt {
+        Doubt {
+            motion: self.motion.max(other.motion),
+            response: self.response.max(other.response),
+            diameter_scale: self.diameter_scale.max(other.diameter_scale),
+            diameter_ratio: self.diameter_ratio.max(other.diameter_ratio),
+            effective_track: self.effective_track.max(other.effective_track),
+        }
+    }
 }
 
 /// A driven wheel.
@@ -290,6 +326,7 @@ impl Robot {
                 ticks_per_revolution: Some(model.odometry.ticks_per_revolution),
             },
             driver: model.driver,
+            doubt: model.doubt,
             notes: assembly.notes,
         })
     }
@@ -354,6 +391,8 @@ struct ModelFile {
     encoder: Encoder,
     odometry: OdometryTable,
     driver: DriverSettings,
+    #[serde(default)]
+    doubt: Doubt,
 }
 
 /// What every tyre is like; a wheel's table may say otherwise.

@@ -1053,7 +1053,7 @@ fn an_extended_model_reads_as_it_was_written() {
         let outer = write("outer.toml", &model("inner.toml", second, &[]));
         let mut expected = Cause::edit_all(&causes, &plain);
         expected.empirical.push(term);
-        expected.doubt = Doubt { motion: 1e-4, response: 0.1 };
+        expected.robot.doubt = Doubt { motion: 1e-4, response: 0.1 };
         let mut read = load_scene(&outer, "tilted_floor").expect("it reads");
         assert_eq!(read.robot.file, Path::new(&outer));
         read.robot.file.clone_from(&expected.robot.file);
