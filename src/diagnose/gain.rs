@@ -138,8 +138,8 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     // The mean over what it may be, each share alike likely beforehand.
     let most = likelihoods.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     let weights = likelihoods.map(|likelihood| (likelihood - most).exp());
-    let motion_error =
-        weights.iter().zip(doubt::SHARES).map(|(weight, share)| weight * share).sum::<f64>() / weights.iter().sum::<f64>();
+    let motion_error = weights.iter().zip(doubt::SHARES).map(|(weight, share)| weight * share).sum::<f64>()
+        / weights.iter().sum::<f64>();
     Ok(Some(Gain {
         position_before: position(0),
         position_after: position(1),

@@ -313,8 +313,12 @@ impl Problem<'_> {
             }
             for run in active() {
                 let count = self.counts[run];
-                let weights: Vec<f64> =
-                    linear.axes.iter().zip(mean.weights.iter()).map(|(&axis, mean)| self.weight(axis, run) - mean).collect();
+                let weights: Vec<f64> = linear
+                    .axes
+                    .iter()
+                    .zip(mean.weights.iter())
+                    .map(|(&axis, mean)| self.weight(axis, run) - mean)
+                    .collect();
                 let residual = &linear.residuals[run] - &mean.residual;
                 let projected = columns.tr_mul(&residual);
                 for i in 0..p {
@@ -401,7 +405,10 @@ impl Problem<'_> {
     }
 
     fn log_det_of_means(&self, linear: &Linearised) -> f64 {
-        (0..self.clusters.len()).filter_map(|index| self.errs(linear, index)).map(|it| 2.0 * doubt::half_log_det(it)).sum()
+        (0..self.clusters.len())
+            .filter_map(|index| self.errs(linear, index))
+            .map(|it| 2.0 * doubt::half_log_det(it))
+            .sum()
     }
 
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
@@ -474,7 +481,14 @@ impl Problem<'_> {
             }
         }
         let Some(factor) = Cholesky::new(normal) else {
-            return Fit { at, covariance: DMatrix::identity(p, p), log_evidence: f64::NEG_INFINITY, chi2, left: chi2, strays: 0.0 };
+            return Fit {
+                at,
+                covariance: DMatrix::identity(p, p),
+                log_evidence: f64::NEG_INFINITY,
+                chi2,
+                left: chi2,
+                strays: 0.0,
+            };
         };
         let solution = factor.solve(&right);
         log_det += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();

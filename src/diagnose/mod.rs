@@ -344,7 +344,12 @@ impl<'m> Study<'m> {
     fn problem_of(&self, noise: &NoiseModel, motion_error: f64, counts: Vec<f64>) -> Problem<'_> {
         let factors: Vec<_> = self.shapes.iter().map(|shapes| shapes.factor(noise)).collect();
         let doubts: Vec<DMatrix<f64>> = match motion_error > 0.0 {
-            true => self.doubts.iter().zip(&factors).map(|(columns, factor)| doubt::of(columns, motion_error, factor)).collect(),
+            true => self
+                .doubts
+                .iter()
+                .zip(&factors)
+                .map(|(columns, factor)| doubt::of(columns, motion_error, factor))
+                .collect(),
             false => Vec::new(),
         };
         let response = self.model.scene().robot.doubt.response;
@@ -484,8 +489,11 @@ impl<'m> Study<'m> {
             h.set.iter().map(|&index| self.variants[index].effect.id).collect()
         };
         let ambiguous = diagnosis.verdict == Verdict::Ambiguous;
-        let rival =
-            ranking.hypotheses.iter().skip(1).find(|h| ids(h) != ids(best) && (!ambiguous || h.set != ranking.nothing().set));
+        let rival = ranking
+            .hypotheses
+            .iter()
+            .skip(1)
+            .find(|h| ids(h) != ids(best) && (!ambiguous || h.set != ranking.nothing().set));
         let Some(rival) = rival.filter(|_| ambiguous) else { return Ok(None) };
         let name = |h: &search::Hypothesis| {
             let causes = h.set.iter().filter(|&&index| self.variants[index].is_cause());
@@ -560,8 +568,7 @@ impl<'m> Study<'m> {
         };
         let best = |evidences: &mut dyn Iterator<Item = f64>| evidences.reduce(f64::max);
         let both = best(&mut ranking.hypotheses.iter().filter(is_pair).map(|h| h.fit.log_evidence))?;
-        let fewer =
-            best(&mut ranking.hypotheses.iter().filter(|h| h.set.len() < 2).map(|h| h.fit.log_evidence))?;
+        let fewer = best(&mut ranking.hypotheses.iter().filter(|h| h.set.len() < 2).map(|h| h.fit.log_evidence))?;
         Some(PairEvidence { both, fewer })
     }
 

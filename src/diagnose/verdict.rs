@@ -381,7 +381,8 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
                 .hypotheses
                 .iter()
                 .filter(|h| {
-                    let named = |&other: &usize| variants[other].is_cause() && TRACK_CLASS.contains(&variants[other].effect.id);
+                    let named =
+                        |&other: &usize| variants[other].is_cause() && TRACK_CLASS.contains(&variants[other].effect.id);
                     h.set.iter().any(named)
                 })
                 .map(|h| (h.log_posterior - total).exp())

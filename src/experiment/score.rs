@@ -215,8 +215,7 @@ fn one(
         None => (simulator, Some(library)),
         Some((model, correction)) => (model, (*correction < Options::default().response_error[1]).then_some(library)),
     };
-    let mut study =
-        Study::new(std::slice::from_ref(&draw.dataset), &[], model, Options::default(), known, &|_, _| {})?;
+    let mut study = Study::new(std::slice::from_ref(&draw.dataset), &[], model, Options::default(), known, &|_, _| {})?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
     let held_out = study.gain()?;

@@ -267,6 +267,7 @@ fn diagnosed() -> Diagnosis {
         noise: NoiseModel::prior(&Survey::default()),
         causes: Vec::new(),
         empirical: Vec::new(),
+        doubt: crate::scene::Doubt::default(),
         next_experiment: None,
         runs: vec![
             run("cw-1", "square 1 m cw", 10, 1.0),

@@ -1044,7 +1044,7 @@ fn an_extended_model_reads_as_it_was_written() {
             description: "a \"test\"".to_owned(),
             causes: causes.to_vec(),
             empirical: empirical.to_vec(),
-            doubt: Doubt { motion: 1e-4 * empirical.len() as f64, response: 0.1 },
+            doubt: Doubt { motion: 1e-4 * empirical.len() as f64, response: 0.1, ..Doubt::default() },
         };
         let one = model(robot, first, &[term]);
         let inner = write("inner.toml", &one);
@@ -1053,7 +1053,8 @@ fn an_extended_model_reads_as_it_was_written() {
         let outer = write("outer.toml", &model("inner.toml", second, &[]));
         let mut expected = Cause::edit_all(&causes, &plain);
         expected.empirical.push(term);
-        expected.robot.doubt = Doubt { motion: 1e-4, response: 0.1 };
+        let doubt = Doubt { motion: 1e-4, response: 0.1, ..Doubt::default() };
+        expected.robot.doubt = plain.robot.doubt.widest(doubt);
         let mut read = load_scene(&outer, "tilted_floor").expect("it reads");
         assert_eq!(read.robot.file, Path::new(&outer));
         read.robot.file.clone_from(&expected.robot.file);
