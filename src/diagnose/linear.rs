@@ -404,6 +404,13 @@ impl Problem<'_> {
         -0.5 * c - 0.5 * self.log_det_of_means(&linear)
     }
 
+    /// Σ of squared whitened residuals of the clusters' means at `at`.
+    pub fn left_of_means(&self, at: &Coordinates) -> f64 {
+        let linear = self.linearise(at, &[]);
+        let (_, _, c) = self.normal_equations(&linear);
+        c - (0..self.clusters.len()).map(|index| self.strays(&linear, index)).sum::<f64>()
+    }
+
     fn log_det_of_means(&self, linear: &Linearised) -> f64 {
         (0..self.clusters.len())
             .filter_map(|index| self.errs(linear, index))

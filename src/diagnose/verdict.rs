@@ -285,6 +285,7 @@ fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
     });
     Doubt {
         motion: 0.0,
+        remainder: study.model.scene().robot.doubt.remainder,
         response: correction(study, &best.fit.at),
         diameter_scale: widths[0],
         diameter_ratio: widths[1],
@@ -320,7 +321,13 @@ fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
         .map(|cluster| study.observed[cluster.reference].len())
         .sum();
     let freedom = of_means as f64;
-    let left = best.fit.left - best.fit.strays;
+    let doubt = study.model.scene().robot.doubt;
+    let left = if doubt.remainder > doubt.motion {
+        let problem = study.problem_of(&study.noise, doubt.remainder, study.counts.clone());
+        problem.left_of_means(&best.fit.at)
+    } else {
+        best.fit.left - best.fit.strays
+    };
     left > MUCH * freedom && left > freedom + 5.0 * (2.0 * freedom).sqrt()
 }
 

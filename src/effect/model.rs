@@ -16,7 +16,7 @@
 //! ```
 //!
 //! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of
-//! a way, on runs that it was not fitted to; `response`, of what causes do to it; `diameter_scale`, `diameter_ratio` and
+//! a way, on runs that it was not fitted to; `remainder`, how much an answer may leave; `response`, of what causes do to it; `diameter_scale`, `diameter_ratio` and
 //! `effective_track`, 1 σ of what a calibration would find. A diagnosis blames no cause for so much.
 //!
 //! Every command takes one as `--robot`. It may hold edits of floor and survey, since that is where causes can lie.

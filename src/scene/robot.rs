@@ -53,13 +53,16 @@ pub struct Robot {
     pub notes: Vec<String>,
 }
 
-/// How far a robot is known to differ from its model. Nothing is simulated by it; a diagnosis blames no cause for so much.
+/// How far a robot is known to differ from its model. Nothing is simulated by it; a diagnosis takes it into account.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields, default)]
 pub struct Doubt {
-    /// Of its motion, relative to each part of a way.
+    /// Of its motion, relative to each part of a way: no cause is blamed for so much.
     #[serde(deserialize_with = "share")]
     pub motion: f64,
+    /// The same of what an answer may leave and be an answer all the same.
+    #[serde(deserialize_with = "share")]
+    pub remainder: f64,
     /// Of what causes do to its motion, relative.
     #[serde(deserialize_with = "share")]
     pub response: f64,
@@ -79,6 +82,7 @@ impl Doubt {
     pub fn widest(self, other: Doubt) -> Doubt {
         Doubt {
             motion: self.motion.max(other.motion),
+            remainder: self.remainder.max(other.remainder),
             response: self.response.max(other.response),
             diameter_scale: self.diameter_scale.max(other.diameter_scale),
             diameter_ratio: self.diameter_ratio.max(other.diameter_ratio),
