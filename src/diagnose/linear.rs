@@ -241,9 +241,27 @@ impl Problem<'_> {
             let error = if part == PARTS { self.response_error[0] } else { self.response_error[1] };
             columns.push((&here - read(&steps)) * (10.0 * error));
         }
+        // What a spot does hangs on where exactly it is come upon, run for run and for all of them.
+        let on_level_floor = self.on_level_floor(at);
+        let mut without = way.steps.clone();
+        self.surrogate.responses[cluster].add(&on_level_floor, way, self.variants, &mut without);
+        for part in (0..PARTS).filter(|_| on_level_floor.len() < at.len()) {
+            let mut steps = changed.clone();
+            for k in part * count / PARTS..(part + 1) * count / PARTS {
+                for c in 0..3 {
+                    steps[k][c] -= 0.1 * (changed[k][c] - without[k][c]);
+                }
+            }
+            columns.push((&here - read(&steps)) * (10.0 * SPOT_ERROR));
+        }
         let mut columns = DMatrix::from_columns(&columns);
         self.factors[cluster].l_dirty().solve_lower_triangular_mut(&mut columns);
         columns
+    }
+
+    /// Coordinates without those of spots on the floor.
+    fn on_level_floor(&self, at: &Coordinates) -> Vec<(Axis, f64)> {
+        at.iter().copied().filter(|(axis, _)| self.variants[axis.variant].place().is_none()).collect()
     }
 
     /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
@@ -272,8 +290,7 @@ impl Problem<'_> {
             (&here - read(&steps)) * 10.0
         };
         let mut columns = vec![less(&way.steps, &[0, 1, 2]) * RUN_ERROR];
-        let on_level_floor: Vec<(Axis, f64)> =
-            at.iter().copied().filter(|(axis, _)| self.variants[axis.variant].place().is_none()).collect();
+        let on_level_floor = self.on_level_floor(at);
         if on_level_floor.len() < at.len() {
             let without = with(&on_level_floor);
             columns.extend((0..3).map(|c| less(&without, &[c]) * SPOT_ERROR));
@@ -449,7 +466,12 @@ impl Problem<'_> {
         let off = DVector::from_iterator(p, prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
         let precision = DVector::from_iterator(p, prior.iter().map(|prior| prior.std_dev.powi(-2)));
 
-        let per_condition = if with_error { PARTS + 1 } else { 0 };
+        let spots = self.on_level_floor(&at).len() < at.len();
+        let per_condition = match (with_error, spots) {
+            (false, _) => 0,
+            (true, false) => PARTS + 1,
+            (true, true) => 2 * PARTS + 1,
+        };
         let size = p + per_condition * self.conditions;
         let mut normal = DMatrix::<f64>::identity(size, size);
         let mut right = DVector::<f64>::zeros(size);
