@@ -8,7 +8,7 @@ use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
 use crate::geometry::Pose2;
 use crate::scene::{Doubt, EmpiricalTerm};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// What a diagnosis says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -161,6 +161,8 @@ pub(super) const REAL: f64 = 3.912_023_005_428_146; // ln 50
 const CONVINCING: f64 = 2.0;
 /// Variance of the runs' means, over what their noise makes of it, from which on the answer that leaves it is none.
 const MUCH: f64 = 2.0;
+/// … and the chance below which that is no noise.
+const HARDLY: f64 = 1e-6;
 /// Share of a misfit that causes have to take away to be named where a formula takes away the rest.
 const MOST: f64 = 0.9;
 /// Effects that the class `effective_track` stands for.
@@ -328,7 +330,11 @@ fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
     } else {
         best.fit.left - best.fit.strays
     };
-    left > MUCH * freedom && left > freedom + 5.0 * (2.0 * freedom).sqrt()
+    // The noise is known as well as repeated runs tell it, which for end points is not well.
+    let all: usize = study.clusters.iter().map(|it| active(&it.runs) * study.observed[it.reference].len()).sum();
+    let of_repeats = (all - of_means) as f64;
+    let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left / freedom));
+    left > MUCH * freedom && chance < HARDLY
 }
 
 /// Share of what causes and formula take away together that the causes take away alone.
