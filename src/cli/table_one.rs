@@ -25,7 +25,9 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let done = AtomicUsize::new(0);
     let watch = |candidate: &Candidate| {
         let number = done.fetch_add(1, Ordering::Relaxed) + 1;
-        eprintln!("{number:>3}: {} leaves χ² {:.1}", candidate.effect.unwrap_or("nothing more"), candidate.chi2);
+        let effects: Vec<&str> = candidate.on_top().iter().map(|cause| cause.effect.id).collect();
+        let name = if effects.is_empty() { "nothing more".to_owned() } else { effects.join(" and ") };
+        eprintln!("{number:>3}: {name} leaves χ² {:.1}", candidate.chi2);
     };
     let candidates = experiment::table_one(&scene, &watch, stop_on_ctrl_c())?;
     let best = candidates.first().context("no candidate could be driven")?;
@@ -55,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             "experiment".into(),
             "--robot".into(),
             file.clone().into_os_string(),
-            "--side".into(),
+            "--sides".into(),
             "2".into(),
             "--repeats".into(),
             "1".into(),

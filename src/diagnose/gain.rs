@@ -106,7 +106,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         }
         let at = {
             let explained = study.explained(known);
-            study.answered(convincing(&explained))
+            study.answered(convincing(&explained, &study.variants))
         };
         let mut of_fold = everyone.clone();
         for (run, count) in of_fold.iter_mut().enumerate() {

@@ -125,11 +125,18 @@ impl Problem<'_> {
     pub fn linearise(&self, at: &Coordinates, axes: &[Axis]) -> Linearised {
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
         let shift = |&axis: &Axis| {
-            let step = self.step(axis);
+            let mut step = self.step(axis);
             let mut moved = at.to_vec();
             match moved.iter_mut().find(|(known, _)| *known == axis) {
                 Some((_, value)) => *value += step,
-                None => moved.push((axis, step)),
+                None => {
+                    // A spot does little until it does much: it is looked at where it does.
+                    let coordinate = self.variants[axis.variant].coordinates[axis.coordinate];
+                    if self.variants[axis.variant].place().is_some() {
+                        step = coordinate.mean - coordinate.std_dev;
+                    }
+                    moved.push((axis, step));
+                }
             }
             let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);
             (moved, survey, step)
@@ -153,7 +160,7 @@ impl Problem<'_> {
             }
             factor.solve_lower_triangular_mut(&mut jacobian);
             columns.push(jacobian);
-            for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+            for run in self.active(index) {
                 let mut residual = &self.observed[run] - self.predict_with(index, run, at, &survey);
                 factor.solve_lower_triangular_mut(&mut residual);
                 residuals[run] = residual;
@@ -163,9 +170,11 @@ impl Problem<'_> {
         Linearised { axes: axes.to_vec(), columns, residuals, of_means }
     }
 
-    /// The same problem, with errors of the model's own motion: `columns` for each cluster, whitened.
-    pub fn with_doubts(mut self, columns: Vec<DMatrix<f64>>) -> Self {
-        self.doubts = columns.into_iter().map(Some).collect();
+    /// The same problem, with errors of the model's own motion by a share of it; `columns` say what a share of 1 does to each
+    /// cluster's readings.
+    pub fn with_doubts(mut self, columns: &[DMatrix<f64>], share: f64) -> Self {
+        let of = |(columns, factor)| Some(doubt::of(columns, share, factor));
+        self.doubts = columns.iter().zip(&self.factors).map(of).collect();
         self.of_means = (0..self.clusters.len()).map(|index| self.of_mean(index, None)).collect();
         self
     }
@@ -173,6 +182,11 @@ impl Problem<'_> {
     /// What the mean of a cluster's runs errs by.
     fn errs<'l>(&'l self, linear: &'l Linearised, cluster: usize) -> Option<&'l Cholesky<f64, Dyn>> {
         linear.of_means[cluster].as_ref().or(self.of_means[cluster].as_ref())
+    }
+
+    /// The runs of a cluster that count.
+    pub fn active(&self, cluster: usize) -> impl Iterator<Item = usize> {
+        self.clusters[cluster].runs.iter().copied().filter(|&run| self.counts[run] > 0.0)
     }
 
     /// How many runs of a cluster count.
@@ -306,14 +320,12 @@ impl Problem<'_> {
     pub fn normal_equations(&self, linear: &Linearised) -> (DMatrix<f64>, DVector<f64>, f64) {
         let p = linear.axes.len();
         let (mut a, mut b, mut c) = (DMatrix::zeros(p, p), DVector::zeros(p), 0.0);
-        for (index, cluster) in self.clusters.iter().enumerate() {
+        for (index, columns) in linear.columns.iter().enumerate() {
             let n = self.count_of(index);
             if n == 0.0 {
                 continue;
             }
-            let columns = &linear.columns[index];
             let gram = columns.tr_mul(columns);
-            let active = || cluster.runs.iter().copied().filter(|&run| self.counts[run] > 0.0);
             let mut mean = Mean { weights: DVector::zeros(p), residual: DVector::zeros(columns.nrows()) };
             if let Some(of_mean) = self.errs(linear, index) {
                 mean = self.mean(linear, index);
@@ -328,7 +340,7 @@ impl Problem<'_> {
                 }
                 c += n * residual.norm_squared();
             }
-            for run in active() {
+            for run in self.active(index) {
                 let count = self.counts[run];
                 let weights: Vec<f64> = linear
                     .axes
@@ -352,14 +364,8 @@ impl Problem<'_> {
 
     /// Σ of squared whitened differences of a cluster's runs from their mean.
     fn strays(&self, linear: &Linearised, cluster: usize) -> f64 {
-        let n = self.count_of(cluster);
-        let active = || self.clusters[cluster].runs.iter().copied().filter(|&run| self.counts[run] > 0.0);
         let mean = self.mean(linear, cluster).residual;
-        if n > 1.0 {
-            active().map(|run| self.counts[run] * (&linear.residuals[run] - &mean).norm_squared()).sum()
-        } else {
-            0.0
-        }
+        self.active(cluster).map(|run| self.counts[run] * (&linear.residuals[run] - &mean).norm_squared()).sum()
     }
 
     /// Means over the active runs of a cluster.
@@ -367,7 +373,7 @@ impl Problem<'_> {
         let n = self.count_of(cluster);
         let rows = linear.columns[cluster].nrows();
         let mut mean = Mean { weights: DVector::zeros(linear.axes.len()), residual: DVector::zeros(rows) };
-        for &run in self.clusters[cluster].runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+        for run in self.active(cluster) {
             let share = self.counts[run] / n;
             mean.residual.axpy(share, &linear.residuals[run], 1.0);
             for (weight, &axis) in mean.weights.iter_mut().zip(&linear.axes) {
@@ -387,14 +393,23 @@ impl Problem<'_> {
             })
             .collect();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
-        let mut last = f64::INFINITY;
-        for _ in 0..6 {
+        let mut least: Option<(f64, Vec<(Axis, f64)>)> = None;
+        for _ in 0..10 {
             let linear = self.linearise(&at, axes);
             let (a, b, c) = self.normal_equations(&linear);
             let off: DVector<f64> =
                 DVector::from_iterator(axes.len(), prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
             let precision = DVector::from_iterator(axes.len(), prior.iter().map(|prior| prior.std_dev.powi(-2)));
             let cost = c + off.component_mul(&off).dot(&precision);
+            let gained = least.as_ref().map_or(f64::INFINITY, |(least, _)| least - cost);
+            if let (true, Some((_, best))) = (gained < 0.0, &least) {
+                // Too far: half of the way back.
+                for ((_, value), (_, best)) in at.iter_mut().zip(best) {
+                    *value = 0.5 * (*value + best);
+                }
+                continue;
+            }
+            least = Some((cost, at.clone()));
             let normal = a + DMatrix::from_diagonal(&precision);
             let Some(factor) = Cholesky::new(normal) else { break };
             let mut step = factor.solve(&(b + precision.component_mul(&off)));
@@ -402,14 +417,18 @@ impl Problem<'_> {
             let far =
                 step.iter().zip(&prior).map(|(step, prior)| step.abs() / (4.0 * prior.std_dev)).fold(1.0, f64::max);
             step /= far;
-            for ((_, value), step) in at.iter_mut().zip(step.iter()) {
-                *value += step;
+            let mut moved = 0.0_f64;
+            for (((_, value), step), prior) in at.iter_mut().zip(step.iter()).zip(&prior) {
+                let before = *value;
+                *value = prior.within(before + step);
+                moved = moved.max((*value - before).abs() / prior.std_dev);
             }
-            let moved = step.iter().zip(&prior).map(|(step, prior)| step.abs() / prior.std_dev).fold(0.0, f64::max);
-            if moved < 1e-3 || (last - cost).abs() < 1e-6 * (1.0 + cost) {
+            if moved < 1e-3 || gained < 1e-6 * (1.0 + cost) {
                 break;
             }
-            last = cost;
+        }
+        if let Some((_, best)) = least {
+            at = best;
         }
         self.evidence(axes, at)
     }
@@ -448,10 +467,10 @@ impl Problem<'_> {
         let run_errors: Vec<Option<Cholesky<f64, Dyn>>> =
             (0..self.clusters.len()).map(|index| if with_error { self.run_errors(index, &at) } else { None }).collect();
         let mut log_det = 0.0;
-        for ((cluster, errors), columns) in self.clusters.iter().zip(&run_errors).zip(&mut linear.columns) {
+        for (index, (errors, columns)) in run_errors.iter().zip(&mut linear.columns).enumerate() {
             let Some(errors) = errors else { continue };
             errors.l_dirty().solve_lower_triangular_mut(columns);
-            for &run in cluster.runs.iter().filter(|&&run| self.counts[run] > 0.0) {
+            for run in self.active(index) {
                 errors.l_dirty().solve_lower_triangular_mut(&mut linear.residuals[run]);
                 log_det += 2.0 * self.counts[run] * doubt::half_log_det(errors);
             }
@@ -533,7 +552,8 @@ impl Problem<'_> {
                 log_evidence += LN_2 + log_normal_cdf(best / covariance[(index, index)].sqrt());
             }
         }
-        let at = at.into_iter().enumerate().map(|(index, (axis, value))| (axis, value + solution[index])).collect();
+        let best = at.iter().zip(&prior).zip(solution.iter());
+        let at = best.map(|((&(axis, value), prior), step)| (axis, prior.within(value + step))).collect();
         Fit { at, covariance, log_evidence, chi2, left: quadratic, strays }
     }
 }

@@ -37,7 +37,8 @@ use linear::Problem;
 use nalgebra::{DMatrix, DVector};
 use noise::Shapes;
 use rayon::prelude::*;
-use surrogate::Surrogate;
+use std::sync::OnceLock;
+use surrogate::{Bench, Surrogate};
 use variant::Variant;
 
 /// Terms of a formula.
@@ -57,6 +58,13 @@ fn calibrated(doubt: Doubt) -> [f64; 3] {
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
+/// Distance from what was simulated beyond which an answer is simulated where it is \[σ\].
+const NEAR: f64 = 0.5;
+const NEAR_FOR_SPOTS: f64 = 0.1;
+/// Spots on the floor that are looked into at first.
+const LEADING_SPOTS: usize = 3;
+/// Causes from which on an answer is looked at askance: a spot may do in one what many do together.
+const LONG_LIST: usize = 3;
 /// ln of the evidence that a round of closing in on a spot has to bring for the next.
 const WORTH_A_ROUND: f64 = 1.0;
 
@@ -104,8 +112,8 @@ pub struct Study<'m> {
     first_variants: usize,
     surrogate: Surrogate,
     shapes: Vec<Shapes>,
-    /// What an error of the model's own motion does to each cluster's readings, for a share of 1.
-    doubts: Vec<DMatrix<f64>>,
+    /// What an error of the model's own motion does to each cluster's readings, for a share of 1, once it was asked for.
+    doubts: OnceLock<Vec<DMatrix<f64>>>,
     /// What is stated or usual of the noise, and what was learnt.
     prior_noise: NoiseModel,
     noise: NoiseModel,
@@ -132,9 +140,9 @@ impl<'m> Study<'m> {
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Study<'m>, DiagnoseError> {
         let scene = model.scene();
-        let (mut cases, mut left_out) = case::cases(datasets, &scene.robot.odometry);
+        let (mut cases, mut left_out) = case::cases(datasets, scene);
         let used = cases.len();
-        let (held, held_left_out) = case::cases(hold_out, &scene.robot.odometry);
+        let (held, held_left_out) = case::cases(hold_out, scene);
         cases.extend(held);
         left_out.extend(held_left_out);
         if used == 0 {
@@ -159,10 +167,6 @@ impl<'m> Study<'m> {
         }
         surrogate.add_doubted(&variants);
         let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
-        let doubts = clusters
-            .iter()
-            .map(|cluster| doubt::columns(&surrogate, &cases[cluster.reference], &surrogate.ways[cluster.reference]))
-            .collect();
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
         let mut survey = scene.survey;
         if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some())
@@ -184,7 +188,7 @@ impl<'m> Study<'m> {
             variants,
             surrogate,
             shapes,
-            doubts,
+            doubts: OnceLock::new(),
             observed,
             left_out,
         };
@@ -343,15 +347,6 @@ impl<'m> Study<'m> {
 
     fn problem_of(&self, noise: &NoiseModel, motion_error: f64, counts: Vec<f64>) -> Problem<'_> {
         let factors: Vec<_> = self.shapes.iter().map(|shapes| shapes.factor(noise)).collect();
-        let doubts: Vec<DMatrix<f64>> = match motion_error > 0.0 {
-            true => self
-                .doubts
-                .iter()
-                .zip(&factors)
-                .map(|(columns, factor)| doubt::of(columns, motion_error, factor))
-                .collect(),
-            false => Vec::new(),
-        };
         let response = self.model.scene().robot.doubt.response;
         let exact = Problem {
             doubts: vec![None; factors.len()],
@@ -367,7 +362,15 @@ impl<'m> Study<'m> {
             response_error: self.options.response_error.map(|error| error.max(response)),
             counts,
         };
-        if doubts.is_empty() { exact } else { exact.with_doubts(doubts) }
+        if motion_error > 0.0 { exact.with_doubts(self.doubts(), motion_error) } else { exact }
+    }
+
+    /// What an error of the model's own motion does to each cluster's readings, for a share of 1.
+    fn doubts(&self) -> &[DMatrix<f64>] {
+        let of = |cluster: &Cluster| {
+            doubt::columns(&self.surrogate, &self.cases[cluster.reference], &self.surrogate.ways[cluster.reference])
+        };
+        self.doubts.get_or_init(|| self.clusters.iter().map(of).collect())
     }
 
     /// Which causes, if any.
@@ -380,15 +383,15 @@ impl<'m> Study<'m> {
             ranking = self.search(&self.known_variants());
         }
         // The stand-in is made exact where the leading answers are, and asked again.
-        for round in 1..=spots::HALVINGS {
+        for (round, distances) in spots::ROUNDS.into_iter().enumerate() {
             let before = ranking.best().log_posterior;
-            let closer = self.close_in(&ranking, round)?;
-            let refined = (closer || round <= 2) && self.refine(&ranking)?;
+            let closer = self.close_in(&ranking, distances)?;
+            let refined = (closer || round < 2) && self.refine(&ranking)?;
             if !closer && !refined {
                 break;
             }
             ranking = self.search(&self.known_variants());
-            if round > 2 && ranking.best().log_posterior < before + WORTH_A_ROUND {
+            if round > 1 && ranking.best().log_posterior < before + WORTH_A_ROUND {
                 break;
             }
         }
@@ -416,20 +419,39 @@ impl<'m> Study<'m> {
         (0..self.first_variants).filter(|&index| self.variants[index].is_cause()).collect()
     }
 
-    /// Simulates spots between the place of a leading spot and its neighbours; whether there was one.
-    fn close_in(&mut self, ranking: &search::Ranking, round: i32) -> Result<bool, DiagnoseError> {
-        let best = ranking.best().log_posterior;
-        let leading = ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
-        let mut spots = leading
-            .flat_map(|h| &h.fit.at)
-            .filter_map(|&(axis, value)| self.variants[axis.variant].place().map(|place| (place, value)));
-        let Some((place, value)) = spots.next() else { return Ok(false) };
-        for place in spots::near(place, round, &self.cases, &self.clusters, &self.surrogate.ways) {
-            let axis = variant::Axis { variant: self.variants.len(), coordinate: 0 };
-            self.variants.push(Variant::spot(place));
-            self.surrogate.add_spot(self.model, &self.cases, &self.clusters, &self.variants, axis, value)?;
+    /// Simulates spots about the leading one, at these distances; whether there was one. At first, several that lead are
+    /// looked into, also where the best answer is none of them and yet leaves much or is a long list.
+    fn close_in(&mut self, ranking: &search::Ranking, distances: &[f64]) -> Result<bool, DiagnoseError> {
+        let best = ranking.best();
+        let in_doubt = distances.len() > 1 && (best.set.len() >= LONG_LIST || verdict::leaves_much(self, best));
+        let (most, window, spots) =
+            if in_doubt { (usize::MAX, f64::INFINITY, LEADING_SPOTS) } else { (LEADING, 12.0, 1) };
+        let leading = ranking.hypotheses.iter().take(most).filter(|h| h.log_posterior > best.log_posterior - window);
+        let mut places: Vec<([f64; 2], f64)> = Vec::new();
+        for h in leading {
+            let of = h.fit.at.iter().filter_map(|&(axis, value)| Some((self.variants[axis.variant].place()?, value)));
+            for (place, value) in of {
+                if places.iter().all(|(known, _)| *known != place) {
+                    places.push((place, value));
+                }
+            }
         }
-        Ok(true)
+        places.truncate(spots);
+        let looked_into = !places.is_empty();
+        for (place, value) in places {
+            for &distance in distances {
+                for place in spots::near(place, distance, &self.cases, &self.clusters, &self.surrogate.ways) {
+                    if self.variants.iter().any(|variant| variant.place() == Some(place)) {
+                        continue;
+                    }
+                    let axis = variant::Axis { variant: self.variants.len(), coordinate: 0 };
+                    self.variants.push(Variant::spot(place));
+                    let (surrogate, bench) = self.bench();
+                    surrogate.add_spot(bench, axis, value)?;
+                }
+            }
+        }
+        Ok(looked_into)
     }
 
     /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
@@ -507,34 +529,34 @@ impl<'m> Study<'m> {
     /// Simulates the leading answers where they are best; whether anything was simulated.
     fn refine(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
         let best = ranking.best().log_posterior;
+        let leading = ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
+        let at: Vec<_> = leading.flat_map(|h| h.fit.at.iter().copied()).collect();
+        self.refine_at(&at)
+    }
+
+    /// Simulates axes where they are, each once; whether any was far from what is known.
+    fn refine_at(&mut self, at: &[(variant::Axis, f64)]) -> Result<bool, DiagnoseError> {
         let mut wanted: Vec<(variant::Axis, f64)> = Vec::new();
-        for hypothesis in ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0) {
-            for &(axis, value) in &hypothesis.fit.at {
-                let coordinate = self.variants[axis.variant].coordinates[axis.coordinate];
-                let survey = self.variants[axis.variant].effect.is_survey();
-                let nearest = self.surrogate.nearest_node(axis, value);
-                if !survey && nearest > 0.5 * coordinate.std_dev && !wanted.iter().any(|(known, _)| *known == axis) {
-                    wanted.push((axis, value));
-                }
+        for &(axis, value) in at {
+            let variant = &self.variants[axis.variant];
+            let share = if variant.place().is_some() { NEAR_FOR_SPOTS } else { NEAR };
+            let near = share * variant.coordinates[axis.coordinate].std_dev;
+            let known = variant.effect.is_survey() || self.surrogate.nearest_node(axis, value, &self.variants) <= near;
+            if !known && !wanted.iter().any(|(other, _)| *other == axis) {
+                wanted.push((axis, value));
             }
         }
+        let (surrogate, bench) = self.bench();
         for &(axis, value) in &wanted {
-            self.surrogate.refine(self.model, &self.cases, &self.clusters, &self.variants, axis, value)?;
+            surrogate.refine(bench, axis, value)?;
         }
         Ok(!wanted.is_empty())
     }
 
-    /// Simulates terms of a formula where they are; whether any was far from what is known.
-    fn refine_at(&mut self, terms: &[(variant::Axis, f64)]) -> Result<bool, DiagnoseError> {
-        let mut refined = false;
-        for &(axis, value) in terms {
-            let near = 0.5 * self.variants[axis.variant].coordinates[axis.coordinate].std_dev;
-            if self.surrogate.nearest_node(axis, value) > near {
-                self.surrogate.refine(self.model, &self.cases, &self.clusters, &self.variants, axis, value)?;
-                refined = true;
-            }
-        }
-        Ok(refined)
+    /// The stand-in, and all that it simulates.
+    fn bench(&mut self) -> (&mut Surrogate, Bench<'_>) {
+        let Study { model, cases, clusters, variants, surrogate, .. } = self;
+        (surrogate, Bench { model: *model, cases, clusters, variants })
     }
 
     /// Where an answer is, without what is in doubt of the model anyway.
@@ -562,14 +584,20 @@ impl<'m> Study<'m> {
     /// ln evidence of two effects together at their best; `None` where they are not worth a look.
     pub fn pair_evidence(&self, pair: [&str; 2]) -> Option<PairEvidence> {
         let ranking = search::Ranking::search(&self.problem(self.counts.clone()), &self.known_variants(), 2);
-        let is_pair = |h: &&search::Hypothesis| {
-            let ids: Vec<&str> = h.set.iter().map(|&index| self.variants[index].effect.id).collect();
-            ids.len() == 2 && pair.iter().all(|id| ids.contains(id))
+        let ids = |h: &search::Hypothesis| -> Vec<&str> {
+            let causes = h.set.iter().map(|&index| &self.variants[index]).filter(|variant| variant.is_cause());
+            causes.map(|variant| variant.effect.id).collect()
         };
-        let best = |evidences: &mut dyn Iterator<Item = f64>| evidences.reduce(f64::max);
-        let both = best(&mut ranking.hypotheses.iter().filter(is_pair).map(|h| h.fit.log_evidence))?;
-        let fewer = best(&mut ranking.hypotheses.iter().filter(|h| h.set.len() < 2).map(|h| h.fit.log_evidence))?;
-        Some(PairEvidence { both, fewer })
+        let best = |of: &dyn Fn(&[&str]) -> bool| {
+            let evidences = ranking.hypotheses.iter().filter(|h| of(&ids(h))).map(|h| h.fit.log_evidence);
+            evidences.reduce(f64::max)
+        };
+        let is_pair = |ids: &[&str]| ids.len() == 2 && pair.iter().all(|id| ids.contains(id));
+        Some(PairEvidence {
+            both: best(&is_pair)?,
+            fewer: best(&|ids| ids.len() < 2)?,
+            other: best(&|ids| ids.len() == 2 && !is_pair(ids)).unwrap_or(f64::NEG_INFINITY),
+        })
     }
 
     /// ln evidence of nothing, and of every single effect at its best.
@@ -597,6 +625,8 @@ pub struct PairEvidence {
     pub both: f64,
     /// Of the best single effect, or of nothing.
     pub fewer: f64,
+    /// Of the best other pair.
+    pub other: f64,
 }
 
 /// The causes of a hypothesis.

@@ -78,7 +78,7 @@ pub(super) fn next(
                 poses: None,
             };
             let dataset = crate::dataset::Dataset { campaign: Default::default(), runs: vec![run.clone()] };
-            let (cases, _) = super::case::cases(&[dataset], &scene.robot.odometry);
+            let (cases, _) = super::case::cases(&[dataset], scene);
             let case = &cases[0];
             let end = |causes: &[Cause]| {
                 let edited = Cause::edit_all(causes, scene);

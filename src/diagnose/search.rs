@@ -5,8 +5,8 @@ use super::variant::{Axis, Variant};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Chance beforehand that nothing is wrong, and that so many causes are at work at once: each further one is this much
-/// rarer than the last.
+/// Chance beforehand that nothing is wrong, and that so many causes are at work at once: a robot that has so many has another
+/// one by this chance.
 const NOTHING: f64 = 0.25;
 const FURTHER: f64 = 0.2;
 

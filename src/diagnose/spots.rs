@@ -1,7 +1,7 @@
 //! Where a slippery spot on the floor could lie so that it shows: on the path, under a robot that turns.
 //!
 //! A spot has no small size that could be looked for first and followed: elsewhere it is another cause. So it is simulated
-//! at places along the nominal path, each of which is a candidate; between them the search goes on in halves.
+//! at places along the nominal path, each of which is a candidate; about the best of them the search goes on more finely.
 
 use super::case::{Case, Cluster};
 use super::surrogate::{Way, compose};
@@ -15,8 +15,10 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 const SPACING: f64 = 0.15;
 /// Turn in a step of the way from which on wheels scrub \[rad\]; a step takes 0.1 s.
 const TURNS: f64 = 0.01;
-/// Halvings of the spacing: to 1 mm.
-pub(super) const HALVINGS: i32 = 7;
+/// Distances from a leading place at which spots are tried round by round \[m\]: first all places up to the next candidates,
+/// for a wheel is in a spot or out of it, and two centimetres decide; then in halves, to 1 mm.
+pub(super) const ROUNDS: [&[f64]; 6] =
+    [&[0.0375, 0.075, 0.1125, 0.15], &[0.01875], &[0.009_375], &[0.004_687], &[0.002_343], &[0.001_172]];
 
 /// Places on the nominal paths of the runs where a spot would show \[m\], in the room.
 pub(super) fn places(scene: &Scene, cases: &[Case], clusters: &[Cluster], ways: &[Way]) -> Vec<[f64; 2]> {
@@ -35,15 +37,8 @@ pub(super) fn places(scene: &Scene, cases: &[Case], clusters: &[Cluster], ways: 
     places
 }
 
-/// Places on the nominal paths at the distance that `halvings` leave of the first spacing.
-pub(super) fn near(
-    place: [f64; 2],
-    halvings: i32,
-    cases: &[Case],
-    clusters: &[Cluster],
-    ways: &[Way],
-) -> Vec<[f64; 2]> {
-    let wanted = SPACING * 0.5_f64.powi(halvings);
+/// Places on the nominal paths at a distance \[m\] from `place`.
+pub(super) fn near(place: [f64; 2], wanted: f64, cases: &[Case], clusters: &[Cluster], ways: &[Way]) -> Vec<[f64; 2]> {
     let mut near: Vec<[f64; 2]> = Vec::new();
     for cluster in clusters {
         for other in nominal(&cases[cluster.reference], ways[cluster.reference].start, 0.25 * wanted) {

@@ -23,6 +23,15 @@ pub(super) const ARM: f64 = 0.3;
 /// A change of one step in the body's frame: x, y \[m\], heading \[rad\].
 pub(super) type Step = [f64; 3];
 
+/// What is simulated, by whom, and what causes could be at work.
+#[derive(Clone, Copy)]
+pub(super) struct Bench<'a> {
+    pub model: &'a dyn ForwardModel,
+    pub cases: &'a [Case],
+    pub clusters: &'a [Cluster],
+    pub variants: &'a [Variant],
+}
+
 /// The stand-in for a set of runs.
 pub(super) struct Surrogate {
     pub survey: Survey,
@@ -49,17 +58,35 @@ pub(super) struct Responses {
     pub of_axis: BTreeMap<Axis, Response>,
 }
 
+/// A coordinate, and what the simulator says that it changes.
+type Node = (f64, Vec<Step>);
+
 /// Change of the steps over one coordinate: through 0 at 0 and through what was simulated at each node.
 #[derive(Debug, Clone)]
 pub(super) struct Response {
     /// Coordinate and change of what was simulated.
-    simulated: Vec<(f64, Vec<Step>)>,
-    /// Newton's divided differences, one a node.
-    differences: Vec<Vec<Step>>,
+    simulated: Vec<Node>,
+    between: Between,
+    /// Whether it was simulated on another way of its kind.
+    carried: bool,
+}
+
+/// What is taken to happen between nodes.
+#[derive(Debug, Clone)]
+enum Between {
+    /// A polynomial: Newton's divided differences, one a node.
+    Smooth(Vec<Vec<Step>>),
+    /// Straight lines, level beyond the ends: below a grip at which wheels cannot turn the robot, all is otherwise.
+    Straight,
 }
 
 impl Response {
-    pub fn new(simulated: Vec<(f64, Vec<Step>)>) -> Response {
+    /// Of a variant.
+    fn of(variant: &Variant, simulated: Vec<Node>) -> Response {
+        if variant.place().is_some() { Response::straight(simulated) } else { Response::smooth(simulated) }
+    }
+
+    fn smooth(simulated: Vec<Node>) -> Response {
         // Divided differences of the table (0, 0), (node, change), …
         let at: Vec<f64> = std::iter::once(0.0).chain(simulated.iter().map(|(node, _)| *node)).collect();
         let mut column: Vec<Vec<Step>> = vec![vec![[0.0; 3]; simulated[0].1.len()]];
@@ -74,19 +101,59 @@ impl Response {
                 .collect();
             differences.push(column[0].clone());
         }
-        Response { simulated, differences }
+        Response { simulated, between: Between::Smooth(differences), carried: false }
+    }
+
+    fn straight(mut simulated: Vec<Node>) -> Response {
+        simulated.sort_by(|a, b| a.0.total_cmp(&b.0));
+        Response { simulated, between: Between::Straight, carried: false }
     }
 
     /// Adds the change at coordinate `x` to `steps`.
     fn add(&self, x: f64, steps: &mut [Step]) {
-        let mut factor = x;
-        for (order, difference) in self.differences.iter().enumerate() {
-            if order > 0 {
-                factor *= x - self.simulated[order - 1].0;
-            }
-            for (step, change) in steps.iter_mut().zip(difference) {
+        let mut add = |factor: f64, changes: &[Step]| {
+            for (step, change) in steps.iter_mut().zip(changes) {
                 for c in 0..3 {
                     step[c] += factor * change[c];
+                }
+            }
+        };
+        match &self.between {
+            Between::Smooth(differences) => {
+                let mut factor = x;
+                for (order, difference) in differences.iter().enumerate() {
+                    if order > 0 {
+                        factor *= x - self.simulated[order - 1].0;
+                    }
+                    add(factor, difference);
+                }
+            }
+            Between::Straight => {
+                // Nothing changes at 0, which is a node as well.
+                let (mut low, mut high): (Option<&Node>, Option<&Node>) = (None, None);
+                for node in &self.simulated {
+                    if node.0 <= x {
+                        low = Some(node);
+                    } else if high.is_none() {
+                        high = Some(node);
+                    }
+                }
+                match (low.filter(|low| x < 0.0 || low.0 > 0.0), high.filter(|high| x >= 0.0 || high.0 < 0.0)) {
+                    (Some(low), Some(high)) => {
+                        let part = (x - low.0) / (high.0 - low.0);
+                        add(1.0 - part, &low.1);
+                        add(part, &high.1);
+                    }
+                    // Level beyond the last, to 0 before the first.
+                    (Some(last), None) if x > 0.0 => add(1.0, &last.1),
+                    (None, Some(last)) if x < 0.0 => add(1.0, &last.1),
+                    (Some(first), None) | (None, Some(first)) => add(x / first.0, &first.1),
+                    // Where only less was simulated, more does the opposite, and the other way round.
+                    (None, None) => {
+                        if let Some(nearest) = if x >= 0.0 { self.simulated.last() } else { self.simulated.first() } {
+                            add(x / nearest.0, &nearest.1);
+                        }
+                    }
                 }
             }
         }
@@ -197,16 +264,17 @@ impl Surrogate {
                 surrogate.responses[cluster] = entry.along(&surrogate.ways[clusters[cluster].reference]);
             }
         }
+        let bench = Bench { model, cases, clusters, variants };
         let responses: Vec<Response> = to_simulate
             .par_iter()
             .map(|&(cluster, axis)| {
                 let coordinate = variants[axis.variant].coordinates[axis.coordinate];
-                let nodes = nodes(coordinate).into_iter().map(|at| {
-                    let change = surrogate.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]);
+                let nodes = nodes(&variants[axis.variant], coordinate).into_iter().map(|at| {
+                    let change = surrogate.simulated_change(bench, &clusters[cluster], axis, at);
                     tick();
                     change.map(|change| (at, change))
                 });
-                Ok(Response::new(nodes.collect::<Result<_, ForwardError>>()?))
+                Ok(Response::of(&variants[axis.variant], nodes.collect::<Result<_, ForwardError>>()?))
             })
             .collect::<Result<_, ForwardError>>()?;
         for ((cluster, axis), response) in to_simulate.into_iter().zip(responses) {
@@ -220,54 +288,86 @@ impl Surrogate {
         variant.place().is_none_or(|place| spots::touches(scene, &self.ways[cluster.reference], place))
     }
 
-    /// Simulates one more spot, at its prior's mean and at what a spot beside it is best at.
-    pub fn add_spot(
-        &mut self,
-        model: &dyn ForwardModel,
-        cases: &[Case],
-        clusters: &[Cluster],
-        variants: &[Variant],
-        axis: Axis,
-        at: f64,
-    ) -> Result<(), ForwardError> {
-        let coordinate = variants[axis.variant].coordinates[axis.coordinate];
-        let mut nodes = nodes(coordinate);
-        if nodes.iter().chain([&0.0]).all(|node| (node - at).abs() > 0.25 * coordinate.std_dev) {
-            nodes.push(at);
+    /// Simulates one more spot, at its prior's mean and at what it, or a spot beside it, is best at.
+    pub fn add_spot(&mut self, bench: Bench<'_>, axis: Axis, at: f64) -> Result<(), ForwardError> {
+        let variant = &bench.variants[axis.variant];
+        let coordinate = variant.coordinates[axis.coordinate];
+        let mut values = nodes(variant, coordinate);
+        if values.iter().chain([&0.0]).all(|node| (node - at).abs() > SAME * coordinate.std_dev) {
+            values.push(at);
         }
-        let concerned: Vec<usize> = (0..clusters.len())
-            .filter(|&cluster| self.concerns(model.scene(), &clusters[cluster], &variants[axis.variant]))
+        let concerned: Vec<usize> = (0..bench.clusters.len())
+            .filter(|&cluster| self.concerns(bench.model.scene(), &bench.clusters[cluster], variant))
             .collect();
-        let jobs: Vec<(usize, f64)> =
-            concerned.iter().flat_map(|&cluster| nodes.iter().map(move |&at| (cluster, at))).collect();
-        let changes: Vec<Vec<Step>> = jobs
-            .par_iter()
-            .map(|&(cluster, at)| self.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]))
-            .collect::<Result<_, _>>()?;
-        let mut changes = changes.into_iter();
-        for cluster in concerned {
-            let simulated = nodes.iter().map(|&at| (at, changes.next().expect("one a job"))).collect();
-            self.responses[cluster].of_axis.insert(axis, Response::new(simulated));
+        for (cluster, simulated) in self.simulate(bench, &concerned, axis, &values)? {
+            self.responses[cluster].of_axis.insert(axis, Response::of(variant, simulated));
         }
         Ok(())
     }
 
-    /// What the simulator says that `at` changes in the steps of a cluster's reference run.
+    /// Makes the stand-in exact at one value of one axis, in every cluster; a spot, at all that it may be.
+    pub fn refine(&mut self, bench: Bench<'_>, axis: Axis, at: f64) -> Result<(), ForwardError> {
+        let variant = &bench.variants[axis.variant];
+        let is_spot = variant.place().is_some();
+        if is_spot && self.is_carried(axis) {
+            self.add_spot(bench, axis, at)?;
+        }
+        let concerned: Vec<usize> =
+            (0..bench.clusters.len()).filter(|&cluster| self.responses[cluster].of_axis.contains_key(&axis)).collect();
+        let mut values = vec![at];
+        if is_spot {
+            let coordinate = variant.coordinates[axis.coordinate];
+            values.extend(SPOT_GRID.map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)));
+            values.retain(|&value| self.nearest_node(axis, value, bench.variants) > SAME * coordinate.std_dev);
+        }
+        for (cluster, added) in self.simulate(bench, &concerned, axis, &values)? {
+            let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
+            // What a term was taken to do before it was simulated is no simulation.
+            let mut simulated = if variant.term.is_some() { Vec::new() } else { response.simulated.clone() };
+            simulated.extend(added);
+            *response = Response { carried: response.carried, ..Response::of(variant, simulated) };
+        }
+        Ok(())
+    }
+
+    /// What `values` of one axis change in some clusters.
+    fn simulate(
+        &self,
+        bench: Bench<'_>,
+        clusters: &[usize],
+        axis: Axis,
+        values: &[f64],
+    ) -> Result<Vec<(usize, Vec<Node>)>, ForwardError> {
+        let one = |&cluster: &usize| {
+            let simulated = values
+                .par_iter()
+                .map(|&value| Ok((value, self.simulated_change(bench, &bench.clusters[cluster], axis, value)?)))
+                .collect::<Result<_, ForwardError>>()?;
+            Ok((cluster, simulated))
+        };
+        clusters.par_iter().map(one).collect()
+    }
+
+    /// Whether what is known of an axis was simulated on other ways than these.
+    fn is_carried(&self, axis: Axis) -> bool {
+        self.responses.iter().any(|responses| responses.of_axis.get(&axis).is_some_and(|it| it.carried))
+    }
+
+    /// What the simulator says that one value of one axis changes in the steps of a cluster's reference run.
     fn simulated_change(
         &self,
-        model: &dyn ForwardModel,
-        cases: &[Case],
+        bench: Bench<'_>,
         cluster: &Cluster,
-        variants: &[Variant],
-        at: &Coordinates,
+        axis: Axis,
+        value: f64,
     ) -> Result<Vec<Step>, ForwardError> {
+        let Bench { model, cases, variants, .. } = bench;
         let case = &cases[cluster.reference];
         let way = &self.ways[cluster.reference];
-        let causes = causes(variants, at);
-        let mut scene = crate::effect::Cause::edit_all(&causes, model.scene());
-        scene.empirical.extend(terms(variants, at));
+        let mut scene = crate::effect::Cause::edit_all(&causes(variants, &[(axis, value)]), model.scene());
+        scene.empirical.extend(terms(variants, &[(axis, value)]));
         let mut run = case.run.clone();
-        if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
+        if variants[axis.variant].coordinates[axis.coordinate].hourly {
             // Stated an hour: what it does after one.
             run.started = Some(run.started.unwrap_or(0.0) + 3600.0);
         }
@@ -283,7 +383,7 @@ impl Surrogate {
             let axis = Axis { variant: index, coordinate: 0 };
             for (responses, cluster) in self.responses.iter_mut().zip(clusters) {
                 let change = self.ways[cluster.reference].empirical(term);
-                responses.of_axis.insert(axis, Response::new(vec![(1.0, change)]));
+                responses.of_axis.insert(axis, Response::smooth(vec![(1.0, change)]));
             }
         }
     }
@@ -320,35 +420,12 @@ impl Surrogate {
         (features.to_vec(), mean_square(TwistPart::Forward, Feature::Speed))
     }
 
-    /// Makes the stand-in exact at one value of one axis, in every cluster.
-    pub fn refine(
-        &mut self,
-        model: &dyn ForwardModel,
-        cases: &[Case],
-        clusters: &[Cluster],
-        variants: &[Variant],
-        axis: Axis,
-        at: f64,
-    ) -> Result<(), ForwardError> {
-        let concerned: Vec<usize> =
-            (0..clusters.len()).filter(|&cluster| self.responses[cluster].of_axis.contains_key(&axis)).collect();
-        let changes: Vec<Vec<Step>> = concerned
-            .par_iter()
-            .map(|&cluster| self.simulated_change(model, cases, &clusters[cluster], variants, &[(axis, at)]))
-            .collect::<Result<_, _>>()?;
-        for (cluster, change) in concerned.into_iter().zip(changes) {
-            let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
-            // What a term was taken to do before it was simulated is no simulation.
-            let mut simulated =
-                if variants[axis.variant].term.is_some() { Vec::new() } else { response.simulated.clone() };
-            simulated.push((at, change));
-            *response = Response::new(simulated);
+    /// How far `at` is from the nearest value of `axis` that was simulated. A spot that was come upon on other ways is none:
+    /// what it does changes over a decimetre.
+    pub fn nearest_node(&self, axis: Axis, at: f64, variants: &[Variant]) -> f64 {
+        if variants[axis.variant].place().is_some() && self.is_carried(axis) {
+            return f64::INFINITY;
         }
-        Ok(())
-    }
-
-    /// How far `at` is from the nearest value of `axis` that was simulated.
-    pub fn nearest_node(&self, axis: Axis, at: f64) -> f64 {
         let nodes = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
         nodes
             .flat_map(|response| response.simulated.iter().map(|(node, _)| *node).chain([0.0]))
@@ -475,27 +552,37 @@ impl Entry {
         };
         let of_axis = self.responses.of_axis.iter().map(|(axis, response)| {
             let simulated = response.simulated.iter().map(|(node, changes)| (*node, carry(changes))).collect();
-            (*axis, Response::new(simulated))
+            let along = match response.between {
+                Between::Smooth(_) => Response::smooth(simulated),
+                Between::Straight => Response::straight(simulated),
+            };
+            (*axis, Response { carried: true, ..along })
         });
         Responses { of_axis: of_axis.collect() }
     }
 }
 
-/// Values of a coordinate that are simulated first. Of spots on the floor there are many, and sliding wheels pull as their
-/// grip: one value has to do until a spot is a leading answer.
-fn nodes(coordinate: Coordinate) -> Vec<f64> {
-    if coordinate.one_sided {
+/// Values of a coordinate that are simulated first. Of spots on the floor there are many: what is plausible, and one below
+/// the grip at which a robot no longer turns as it is told, have to do until a spot is a leading answer.
+fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
+    if variant.place().is_some() {
+        [0.0, -1.0].map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)).to_vec()
+    } else if coordinate.one_sided {
         vec![coordinate.std_dev, 2.0 * coordinate.std_dev]
-    } else if coordinate.mean != 0.0 {
-        vec![coordinate.mean]
     } else {
         vec![-coordinate.std_dev, coordinate.std_dev]
     }
 }
 
+/// Values nearer than this to one another need not both be simulated \[σ\].
+const SAME: f64 = 0.1;
+/// Values at which a leading spot is simulated besides, in σ about its mean.
+const SPOT_GRID: [f64; 8] = [1.0, 0.5, -0.25, -0.5, -0.75, -1.5, -2.0, -2.5];
+
 /// Simulations of a cluster that a coordinate takes at first.
 fn simulations(variants: &[Variant], axis: Axis) -> usize {
-    nodes(variants[axis.variant].coordinates[axis.coordinate]).len()
+    let variant = &variants[axis.variant];
+    nodes(variant, variant.coordinates[axis.coordinate]).len()
 }
 
 /// The coordinates that have to be simulated: not those of the survey, and not what a replay cannot show.

@@ -31,8 +31,19 @@ pub(super) struct Coordinate {
     pub mean: f64,
     pub std_dev: f64,
     pub one_sided: bool,
+    /// Where it may be: what its parameter allows.
+    pub bounds: [f64; 2],
     /// Grows with the time since the campaign began, and is stated an hour.
     pub hourly: bool,
+}
+
+impl Coordinate {
+    const ANYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+    /// The nearest value that it may have.
+    pub fn within(&self, value: f64) -> f64 {
+        value.clamp(self.bounds[0], self.bounds[1])
+    }
 }
 
 /// A coordinate of one variant.
@@ -63,7 +74,8 @@ impl Variant {
             let neutral = effect.neutral(parameter);
             let coordinate = |mean: f64, std_dev, one_sided| {
                 let mean = mean - neutral;
-                Coordinate { neutral, mean, std_dev, one_sided, hourly }
+                let bounds = parameter.bounds.map(|bound| bound - neutral);
+                Coordinate { neutral, mean, std_dev, one_sided, bounds, hourly }
             };
             match parameter.prior {
                 Prior::Normal { mean, std_dev } => coordinates.push(coordinate(mean, std_dev, false)),
@@ -73,7 +85,8 @@ impl Variant {
                 // A size and an angle are two components of a vector.
                 Prior::AnyHeading => {
                     let size = coordinates.pop().expect("a heading follows a size").std_dev * FRAC_1_SQRT_2;
-                    coordinates.extend([coordinate(0.0, size, false); 2]);
+                    let bounds = Coordinate::ANYWHERE;
+                    coordinates.extend([Coordinate { bounds, ..coordinate(0.0, size, false) }; 2]);
                 }
                 Prior::OnPath | Prior::Known(_) => {}
             }
@@ -100,7 +113,14 @@ impl Variant {
             term: Some(EmpiricalTerm { part, feature, coefficient: 1.0 }),
             held: Vec::new(),
             doubted: false,
-            coordinates: vec![Coordinate { neutral: 0.0, mean: 0.0, std_dev, one_sided: false, hourly: false }],
+            coordinates: vec![Coordinate {
+                neutral: 0.0,
+                mean: 0.0,
+                std_dev,
+                one_sided: false,
+                bounds: Coordinate::ANYWHERE,
+                hourly: false,
+            }],
         }
     }
 
@@ -113,6 +133,11 @@ impl Variant {
     /// Whether it is a cause that can be named.
     pub fn is_cause(&self) -> bool {
         self.term.is_none() && !self.doubted
+    }
+
+    /// Whether it is the cause of this name.
+    pub fn names(&self, id: &str) -> bool {
+        self.is_cause() && self.effect.id == id
     }
 
     /// The cause at these coordinates.

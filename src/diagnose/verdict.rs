@@ -158,7 +158,7 @@ pub(super) const SHOWN: f64 = 5.0;
 /// ln of the odds at which one answer is no longer a real alternative to another.
 pub(super) const REAL: f64 = 3.912_023_005_428_146; // ln 50
 /// ln of the odds over a simpler answer that an answer needs to be given.
-const CONVINCING: f64 = 2.0;
+const CONVINCING: f64 = 1.5;
 /// Variance of the runs' means, over what their noise makes of it, from which on the answer that leaves it is none.
 const MUCH: f64 = 2.0;
 /// … and the chance below which that is no noise.
@@ -171,7 +171,7 @@ const TRACK_CLASS: [&str; 3] = ["effective_track", "tyre_grip_anisotropy", "load
 /// The answer from a ranking of causes, be it beside a formula.
 pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
     let variants = &study.variants;
-    let best = convincing(ranking);
+    let best = convincing(ranking, variants);
     let empirical = super::surrogate::terms(variants, &best.fit.at);
     let by_formula = !empirical.is_empty() && share_of_causes(study, best) < MOST;
     let unexplained = by_formula || leaves_much(study, best);
@@ -222,8 +222,7 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
     };
     let mut probabilities = vec![(None, probability(ranking.nothing()))];
     probabilities.extend(ids.iter().map(|&id| {
-        let holds =
-            |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].is_cause() && variants[index].effect.id == id);
+        let holds = |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].names(id));
         (Some(id), ranking.hypotheses.iter().filter(holds).map(probability).sum())
     }));
     let ranked = ranking
@@ -253,15 +252,28 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
     }
 }
 
-/// The best answer of which no part could as well be left out.
-pub(super) fn convincing(ranking: &Ranking) -> &Hypothesis {
+/// The best answer of which no part could as well be left out. Which wheel or place an effect has does not matter here:
+/// answers of the same effects speak for one another.
+pub(super) fn convincing<'r>(ranking: &'r Ranking, variants: &[Variant]) -> &'r Hypothesis {
+    let effects = |h: &Hypothesis| -> Vec<&str> {
+        let mut ids: Vec<&str> = h.set.iter().map(|&index| variants[index].effect.id).collect();
+        ids.sort_unstable();
+        ids
+    };
+    let together = |h: &Hypothesis| {
+        let own = effects(h);
+        let alike: Vec<f64> =
+            ranking.hypotheses.iter().filter(|it| effects(it) == own).map(|it| it.log_posterior).collect();
+        log_sum(alike.iter().copied())
+    };
     let mut best = ranking.best();
     loop {
+        let needed = together(best) - CONVINCING;
         let simpler = ranking
             .hypotheses
             .iter()
             .filter(|h| h.set.len() < best.set.len() && h.set.is_subset(&best.set))
-            .find(|h| h.log_posterior > best.log_posterior - CONVINCING);
+            .find(|h| together(h) > needed);
         match simpler {
             Some(simpler) => best = simpler,
             None => return best,
@@ -273,7 +285,7 @@ pub(super) fn convincing(ranking: &Ranking) -> &Hypothesis {
 /// what a calibration would find is known as well as these data say.
 fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
     let problem = study.problem(study.counts.clone());
-    let of = super::CALIBRATED.map(|id| study.variants.iter().position(|it| it.is_cause() && it.effect.id == id));
+    let of = super::CALIBRATED.map(|id| study.variants.iter().position(|it| it.names(id)));
     let mut set = best.set.clone();
     set.extend(of.into_iter().flatten());
     let fit = problem.fit(&axes_of(&study.variants, &set), &best.fit.at);
@@ -314,14 +326,16 @@ fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
 }
 
 /// Whether an answer leaves so much of the runs' means, against what runs of one kind stray by, that it is none.
-fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
-    let active = |runs: &[usize]| runs.iter().filter(|&&run| study.counts[run] > 0.0).count();
-    let of_means: usize = study
-        .clusters
-        .iter()
-        .filter(|cluster| active(&cluster.runs) > 0)
-        .map(|cluster| study.observed[cluster.reference].len())
-        .sum();
+pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
+    let problem = study.problem(study.counts.clone());
+    // Readings of all runs that count, and of one of each kind.
+    let (mut all, mut of_means) = (0, 0);
+    for (index, cluster) in study.clusters.iter().enumerate() {
+        let readings = study.observed[cluster.reference].len();
+        let runs = problem.active(index).count();
+        all += runs * readings;
+        of_means += runs.min(1) * readings;
+    }
     let freedom = of_means as f64;
     let doubt = study.model.scene().robot.doubt;
     let left = if doubt.remainder > doubt.motion {
@@ -331,7 +345,6 @@ fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
         best.fit.left - best.fit.strays
     };
     // The noise is known as well as repeated runs tell it, which for end points is not well.
-    let all: usize = study.clusters.iter().map(|it| active(&it.runs) * study.observed[it.reference].len()).sum();
     let of_repeats = (all - of_means) as f64;
     let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left / freedom));
     left > MUCH * freedom && chance < HARDLY
@@ -377,9 +390,7 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
             }
         }
     }
-    let holds = |h: &&Hypothesis| {
-        h.set.iter().any(|&other| variants[other].is_cause() && variants[other].effect.id == variant.effect.id)
-    };
+    let holds = |h: &&Hypothesis| h.set.iter().any(|&other| variants[other].names(variant.effect.id));
     let mut probability =
         ranking.hypotheses.iter().filter(holds).map(|h| (h.log_posterior - total).exp()).sum::<f64>().min(1.0);
     // What only the class can name is named by the class.
@@ -393,11 +404,7 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
             ranking
                 .hypotheses
                 .iter()
-                .filter(|h| {
-                    let named =
-                        |&other: &usize| variants[other].is_cause() && TRACK_CLASS.contains(&variants[other].effect.id);
-                    h.set.iter().any(named)
-                })
+                .filter(|h| h.set.iter().any(|&other| TRACK_CLASS.iter().any(|id| variants[other].names(id))))
                 .map(|h| (h.log_posterior - total).exp())
                 .sum::<f64>(),
         );

@@ -22,7 +22,7 @@ pub struct Scored {
     pub truth: Vec<String>,
     /// Strength of the whole response \[σ\].
     pub strength: f64,
-    /// Effects that the data cannot tell from the true one; with two, those whose both parts the data call for.
+    /// Effects that the data cannot tell from the true one; of two, both where the data call for them and for no other pair.
     pub oracle_set: Vec<&'static str>,
     /// The diagnosis in a line.
     pub answer: String,
@@ -76,7 +76,7 @@ pub enum Tally {
 pub struct Score {
     /// One a seed.
     pub draws: Vec<Scored>,
-    /// Draws whose effect an oracle could name alone.
+    /// Draws whose effect, or whose two effects, an oracle could name alone.
     pub oracle_nameable: usize,
 }
 
@@ -123,7 +123,9 @@ pub fn score(
         scored.iter().for_each(&mut *watch);
         draws.extend(scored);
     }
-    let nameable = |scored: &&Scored| scored.truth.len() == 1 && scored.oracle_set.len() == 1 && scored.strength >= 5.0;
+    let nameable = |scored: &&Scored| {
+        !scored.truth.is_empty() && scored.oracle_set.len() == scored.truth.len() && scored.strength >= 5.0
+    };
     let oracle_nameable = draws.iter().filter(nameable).count();
     Ok(Score { draws, oracle_nameable })
 }
@@ -271,7 +273,11 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
     let strength = oracle.strength();
     let (nothing, evidences) = oracle.single_evidences();
     let evidence_of = |id: &str| evidences.iter().find(|(known, _)| *known == id).map(|(_, value)| *value);
+    let pair = <[&str; 2]>::try_from(truth.as_slice()).ok().and_then(|pair| oracle.pair_evidence(pair));
     let oracle_set: Vec<&'static str> = match truth.as_slice() {
+        [_, _] if pair.is_some_and(|pair| pair.both > pair.fewer.max(pair.other) + ALIKE) => {
+            draw.causes.iter().map(|cause| cause.effect.id).collect()
+        }
         [id] => {
             // A spot on the floor has no single evidence without its place: what the data say at best is all of the misfit.
             let own = evidence_of(id).unwrap_or(nothing + 0.5 * strength * strength - 8.0);
@@ -330,7 +336,6 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
         },
         (_, both) => {
             let all = both.iter().all(|id| answers.iter().any(|answer| holds(answer, id)));
-            let pair = <[&str; 2]>::try_from(both).ok().and_then(|pair| oracle.pair_evidence(pair));
             let called_for = pair.is_some_and(|pair| pair.both > pair.fewer + ALIKE);
             match () {
                 () if wrong => Tally::Wrong,

@@ -3,8 +3,9 @@
 //!
 //! The table's six distances (r_cg clockwise and counter-clockwise before, after UMBmark, after the paper's method) are
 //! measured data. Every candidate is a robot with unequal tyres, another mean diameter and another effective track, all
-//! three free, and one cause of the catalogue on top. Each is fitted by Gauss–Newton through the whole experiment: drive,
-//! calibrate, drive again.
+//! three free, and none or one cause of the catalogue on top; beside the best of those, each other one as a second. Each is
+//! fitted by Gauss–Newton through the whole experiment: drive, calibrate, drive again. A candidate begins where the one
+//! with a cause less ended, so that it cannot end worse.
 
 use crate::calibrate::{CalibrateError, Method, Training};
 use crate::dataset::{Dataset, Protocol, Rotation, Travel};
@@ -29,17 +30,29 @@ const SIDE: f64 = 2.0;
 /// A candidate at its best.
 #[derive(Debug, Clone)]
 pub struct Candidate {
-    /// The effect on top of unequal tyres, mean diameter and track; `None`: nothing.
-    pub effect: Option<&'static str>,
-    /// Everything that is in the robot.
+    /// Everything that is in the robot: unequal tyres, mean diameter and track, then what is on top of them.
     pub causes: Vec<Cause>,
     /// The six distances that it would have brought \[m\].
     pub distances: [f64; 6],
     /// Of the six distances.
     pub chi2: f64,
+    /// How far its numbers lie from what is plausible beforehand: root of Σ of squared σ.
+    pub strain: f64,
     /// ln evidence.
     pub log_evidence: f64,
+    /// Where its free numbers are.
+    at: Vec<f64>,
 }
+
+impl Candidate {
+    /// What is on top of unequal tyres, mean diameter and track.
+    pub fn on_top(&self) -> &[Cause] {
+        &self.causes[ALWAYS.len()..]
+    }
+}
+
+/// What is free in every candidate.
+const ALWAYS: [&str; 3] = ["wheel_diameter_mismatch", "wheel_diameter_scale", "effective_track"];
 
 /// Why the study ended.
 #[derive(Debug, thiserror::Error)]
@@ -118,36 +131,49 @@ pub fn table_one(
     let mut base = base.clone().noise_free();
     base.robot.chassis.visuals.clear();
     base.robot.wheels.iter_mut().for_each(|wheel| wheel.body.visuals.clear());
-    let always = ["wheel_diameter_mismatch", "wheel_diameter_scale", "effective_track"];
     let others = EFFECTS.iter().filter(|effect| {
         // A drift, a clock and a friction ratio do nothing here, or what the track does.
         let idle = ["tyre_radius_drift", "survey_time_offset", "tyre_grip_anisotropy"];
-        effect.applies(&base) && !always.contains(&effect.id) && !idle.contains(&effect.id)
+        effect.applies(&base) && !ALWAYS.contains(&effect.id) && !idle.contains(&effect.id)
     });
-    let mut jobs: Vec<Option<Cause>> = vec![None];
-    for effect in others {
-        jobs.extend(effect.choices(&base).into_iter().map(|choice| Some(Cause { choice, ..effect.nothing() })));
-    }
-    let mut candidates: Vec<Candidate> = jobs
-        .par_iter()
-        .filter_map(|extra| {
-            let candidate = fit(&base, &always, extra.as_ref(), stop)?;
+    let extras: Vec<Cause> = others
+        .flat_map(|effect| effect.choices(&base).into_iter().map(|choice| Cause { choice, ..effect.nothing() }))
+        .collect();
+    let beside = |known: &Candidate| -> Vec<Candidate> {
+        let on_top = known.on_top();
+        let new = extras.par_iter().filter(|extra| on_top.iter().all(|cause| cause.effect != extra.effect));
+        new.filter_map(|extra| {
+            let causes = on_top.iter().cloned().chain([extra.clone()]).collect();
+            let candidate = fit(&base, causes, &known.at, stop)?;
             watch(&candidate);
             Some(candidate)
         })
-        .collect();
+        .collect()
+    };
+    let by_evidence = |candidates: &mut Vec<Candidate>| {
+        candidates.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
+    };
+    let mut candidates: Vec<Candidate> = fit(&base, Vec::new(), &[], stop).into_iter().collect();
+    if let Some(nothing) = candidates.first() {
+        watch(nothing);
+        candidates.extend(beside(nothing));
+        by_evidence(&mut candidates);
+        candidates.extend(beside(&candidates[0]));
+        by_evidence(&mut candidates);
+    }
     if stop.load(Ordering::Relaxed) {
         return Err(DriveError::Interrupted { run: "table one".to_owned() }.into());
     }
-    candidates.sort_by(|a, b| b.log_evidence.total_cmp(&a.log_evidence));
     Ok(candidates)
 }
 
-/// One candidate at its best from several starts; `None` where it cannot be driven.
-fn fit(base: &Scene, always: &[&str], extra: Option<&Cause>, stop: &AtomicBool) -> Option<Candidate> {
+/// One candidate at its best, from where the one with a cause less ended and the last cause to either side; `None` where it
+/// cannot be driven.
+fn fit(base: &Scene, on_top: Vec<Cause>, known: &[f64], stop: &AtomicBool) -> Option<Candidate> {
     let mut causes: Vec<Cause> =
-        always.iter().map(|id| Effect::named(id).expect("it is in the catalogue").nothing()).collect();
-    causes.extend(extra.cloned());
+        ALWAYS.iter().map(|id| Effect::named(id).expect("it is in the catalogue").nothing()).collect();
+    causes.extend(on_top);
+    let last = causes.len() - 1;
     let mut free = Vec::new();
     for (index, cause) in causes.iter_mut().enumerate() {
         for (parameter, entry) in cause.effect.parameters.iter().enumerate() {
@@ -176,19 +202,15 @@ fn fit(base: &Scene, always: &[&str], extra: Option<&Cause>, stop: &AtomicBool) 
     };
     let predict = |x: &DVector<f64>| distances(&Cause::edit_all(&at(x), base), stop).ok();
     let mut best: Option<Fit> = None;
-    let starts: &[f64] = if extra.is_some() { &[0.7, -0.7] } else { &[0.0] };
+    let starts: &[f64] = if known.is_empty() { &[0.0] } else { &[0.7, -0.7] };
     for &start in starts {
         let mut x = DVector::from_iterator(
             free.len(),
-            free.iter().map(|free| {
-                let shift = if free.cause >= always.len() { start } else { 0.0 };
-                free.mean
-                    + free.std_dev
-                        * if free.bounds[0] >= 0.0 {
-                            f64::abs(shift) + 0.3 * (shift - f64::abs(shift)).abs()
-                        } else {
-                            shift
-                        }
+            free.iter().enumerate().map(|(k, free)| match known.get(k) {
+                Some(&value) => value,
+                // One-sided: a little or more of it.
+                None if free.cause == last && free.bounds[0] >= 0.0 => free.mean + free.std_dev * (0.5 + 0.3 * start),
+                None => free.mean + free.std_dev * start,
             }),
         );
         let mut here = predict(&x)?;
@@ -198,7 +220,7 @@ fn fit(base: &Scene, always: &[&str], extra: Option<&Cause>, stop: &AtomicBool) 
         };
         let mut cost = cost_of(&x, &here);
         let mut normal = DMatrix::identity(free.len(), free.len());
-        for _ in 0..6 {
+        for _ in 0..10 {
             let mut jacobian = DMatrix::zeros(6, free.len());
             for (column, free) in free.iter().enumerate() {
                 let step = 0.15 * free.std_dev;
@@ -244,9 +266,10 @@ fn fit(base: &Scene, always: &[&str], extra: Option<&Cause>, stop: &AtomicBool) 
     let log_det: f64 = 2.0 * Cholesky::new(normal)?.l().diagonal().iter().map(|d| d.ln()).sum::<f64>();
     let log_prior: f64 = -free.iter().map(|free| free.std_dev.ln()).sum::<f64>();
     Some(Candidate {
-        effect: extra.map(|cause| cause.effect.id),
         causes: at(&x),
         chi2: chi2(&distances),
+        strain: (cost - chi2(&distances)).max(0.0).sqrt(),
+        at: x.iter().copied().collect(),
         distances,
         log_evidence: -0.5 * cost - 0.5 * log_det + log_prior,
     })

@@ -132,7 +132,7 @@ pub fn text(score: &Score) -> String {
         "named {} of the {} that an oracle could name; 95 % intervals cover {} of {}; smallest detectable sizes within a factor \
          of two of the oracle's: {} of {}; held-out gain {:.2} of the oracle's; mean set {:.2} (oracle {:.2}); regret {:.2}; \
          {:.1} s a diagnosis",
-        score.count(Tally::Named),
+        score.count(Tally::Named) + score.count(Tally::BothExact),
         score.oracle_nameable,
         sums.covered[0],
         sums.covered[1],

@@ -68,17 +68,24 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
     };
     let (alone, grouped): (Vec<&Finding>, Vec<&Finding>) =
         diagnosis.findings.iter().partition(|finding| finding.confounded_with.is_empty());
+    let terms: Vec<String> = diagnosis.empirical.iter().map(ToString::to_string).collect();
+    let beside = match terms.as_slice() {
+        [] => String::new(),
+        terms => format!(", beside a formula that no known effect stands for: {}", terms.join(", ")),
+    };
     match diagnosis.verdict {
         Verdict::Explained => {
             "Explained: the model as given suffices, or nothing exceeds what these data can show.".to_owned()
         }
         Verdict::Unexplained => {
-            let terms: Vec<String> = diagnosis.empirical.iter().map(ToString::to_string).collect();
-            let causes: Vec<String> = diagnosis.causes.iter().map(|cause| cause.effect.id.to_owned()).collect();
+            let causes: Vec<String> =
+                diagnosis.causes.iter().map(|cause| chosen(cause.effect.id, &cause.choice)).collect();
             let nearest = match (causes.as_slice(), terms.as_slice()) {
                 ([], []) => "nothing comes near".to_owned(),
                 ([], terms) => format!("an empirical formula does what can be done: {}", terms.join(", ")),
+                ([one], []) => format!("{one} comes nearest, and the extended model holds it"),
                 (causes, []) => format!("{} come nearest, and the extended model holds them", joined(causes, "and")),
+                ([one], terms) => format!("{one} comes nearest beside a formula, {}", terms.join(", ")),
                 (causes, terms) => {
                     format!("{} come nearest beside a formula, {}", joined(causes, "and"), terms.join(", "))
                 }
@@ -86,7 +93,7 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
             format!("Unexplained: no known effect takes the misfit away; {nearest}.")
         }
         Verdict::Named => {
-            format!("Named: {} explain{} these data.", list(&alone), if alone.len() == 1 { "s" } else { "" })
+            format!("Named: {} explain{} these data{beside}.", list(&alone), if alone.len() == 1 { "s" } else { "" })
         }
         Verdict::Ambiguous => {
             let groups = grouped.iter().map(|finding| {
@@ -96,8 +103,10 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
             });
             let groups = groups.collect::<Vec<_>>().join(", and ");
             match alone.as_slice() {
-                [] => format!("Ambiguous: {groups}; these data cannot tell which."),
-                alone => format!("Ambiguous: {}, and either {groups}; these data cannot tell which.", list(alone)),
+                [] => format!("Ambiguous: {groups}; these data cannot tell which{beside}."),
+                alone => {
+                    format!("Ambiguous: {}, and either {groups}; these data cannot tell which{beside}.", list(alone))
+                }
             }
         }
     }
@@ -105,11 +114,11 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
 
 /// A finding with its wheel or side.
 fn named(finding: &Finding) -> String {
-    if finding.choice.is_empty() {
-        finding.effect.to_owned()
-    } else {
-        format!("{} ({})", finding.effect, finding.choice)
-    }
+    chosen(finding.effect, &finding.choice)
+}
+
+fn chosen(effect: &str, choice: &str) -> String {
+    if choice.is_empty() { effect.to_owned() } else { format!("{effect} ({choice})") }
 }
 
 fn joined(names: &[String], word: &str) -> String {

@@ -24,11 +24,13 @@ pub struct PoseJson {
 pub fn table_one(candidates: &[Candidate]) -> serde_json::Value {
     let entry = |c: &Candidate| {
         let causes: Vec<String> = c.causes.iter().map(crate::effect::Cause::line).collect();
+        let effects: Vec<&str> = c.on_top().iter().map(|cause| cause.effect.id).collect();
         serde_json::json!({
-            "effect": c.effect,
+            "effects": effects,
             "causes": causes,
             "distances_m": c.distances,
             "chi2": c.chi2,
+            "strain_sigma": c.strain,
             "log_evidence": c.log_evidence,
         })
     };

@@ -16,30 +16,58 @@ pub fn table_one(candidates: &[Candidate], measured: &[f64; 6], style: Style) ->
         "paper's CW",
         "CCW",
         "χ²",
+        "σ from plausible",
         "ln evidence",
     ];
     let mut grid = Grid::new("Distances r_cg in mm", &header);
-    let line = |name: String, distances: &[f64; 6], rest: [String; 2]| {
+    let line = |name: String, distances: &[f64; 6], rest: [String; 3]| {
         [name].into_iter().chain(distances.map(|d| format!("{:.0}", 1e3 * d))).chain(rest).collect::<Vec<_>>()
     };
-    grid.row(line("Table I".to_owned(), measured, [String::new(), String::new()]));
-    for candidate in candidates {
-        let own = candidate.causes.iter().skip(3).map(crate::effect::Cause::line).next();
-        let name = own.unwrap_or_else(|| "nothing more".to_owned());
-        let rest = [format!("{:.1}", candidate.chi2), format!("{:.1}", candidate.log_evidence)];
-        grid.row(line(name, &candidate.distances, rest));
+    grid.row(line("Table I".to_owned(), measured, [const { String::new() }; 3]));
+    for candidate in candidates.iter().take(MOST).chain(candidates.iter().skip(MOST).filter(|c| c.on_top().is_empty()))
+    {
+        let numbers = [candidate.chi2, candidate.strain, candidate.log_evidence].map(|value| format!("{value:.1}"));
+        grid.row(line(name(candidate), &candidate.distances, numbers));
     }
-    let near = candidates.iter().filter(|c| candidates[0].log_evidence - c.log_evidence < 3.0).count();
     let mut out = grid.draw(style);
+    if candidates.len() > MOST {
+        let _ = writeln!(out, "{} candidates were fitted; table_one.json has them all.", candidates.len());
+    }
+    let best = &candidates[0];
+    let near: Vec<String> =
+        candidates[1..].iter().filter(|c| best.log_evidence - c.log_evidence < ALIKE).map(name).collect();
+    let alone = match near.as_slice() {
+        [] => "no other comes within odds of 20 to 1".to_owned(),
+        near => format!("within odds of 20 to 1 of it: {}", near.join("; ")),
+    };
+    let _ = writeln!(out, "Nearest: {}, with χ² {:.0} on six distances; {alone}.", name(best), best.chi2);
+    if best.chi2 > MUCH {
+        let _ = writeln!(
+            out,
+            "A χ² so far above six says that it is not the cause either, or not alone: nothing that was tried ends where the \
+             paper's robot did."
+        );
+    }
+    if let Some(alone) = candidates.iter().find(|c| c.on_top().is_empty()) {
+        let _ = writeln!(out, "Unequal tyres, scale and track alone leave χ² {:.0}.", alone.chi2);
+    }
     let _ = writeln!(
         out,
-        "Six distances against {} free numbers a candidate: they can rule causes out, and they cannot name one that {} others \
-         match as well (within a factor of 20). They carry no direction: a cause and its mirror image are alike.",
-        candidates[0].causes.iter().map(|cause| cause.values.len()).sum::<usize>(),
-        near.saturating_sub(1),
+        "What six distances can say: which causes cannot have done it. What they cannot: which one did, where as many numbers \
+         are free; nor to which side, for a distance has no direction and a cause and its mirror image are alike."
     );
-    if let Some(alone) = candidates.iter().find(|c| c.effect.is_none()) {
-        let _ = writeln!(out, "Unequal tyres, scale and track alone leave χ² {:.0} on 6 distances.", alone.chi2);
-    }
     out
+}
+
+/// Candidates that a table shows.
+const MOST: usize = 16;
+/// ln of the odds of 20 to 1.
+const ALIKE: f64 = 2.995_732_273_553_991;
+/// χ² of six distances that one robot in a million leaves by chance.
+const MUCH: f64 = 38.3;
+
+/// What is on top, in words.
+fn name(candidate: &Candidate) -> String {
+    let lines: Vec<String> = candidate.on_top().iter().map(crate::effect::Cause::line).collect();
+    if lines.is_empty() { "nothing more".to_owned() } else { lines.join(" & ") }
 }
