@@ -98,6 +98,13 @@ impl Experiment {
         std::iter::once(&self.before).chain(self.methods.iter().map(|method| &method.after))
     }
 
+    /// The calibration that gained most at the side that it saw.
+    pub fn best(&self) -> Option<&MethodResult> {
+        let better = |result: &&MethodResult| result.improvement(&self.before);
+        let gained = self.methods.iter().filter(|result| better(result).is_some());
+        gained.max_by(|one, other| better(one).unwrap_or(0.0).total_cmp(&better(other).unwrap_or(0.0)))
+    }
+
     /// Name of the stage after a calibration with `method` on squares of `side` \[m\].
     pub fn stage_after(method: &str, side: f64) -> String {
         format!("after_{method}_{side}m")

@@ -24,6 +24,9 @@ pub fn experiment(experiment: &Experiment, style: Style, shown: impl Fn(&Stage) 
     experiment_grids(experiment, shown).iter().map(|grid| grid.draw(style)).collect()
 }
 
+/// Calibrations beyond which a table of all their squares is read by nobody.
+const MANY: usize = 12;
+
 /// The tables of [`experiment`].
 pub(super) fn experiment_grids(experiment: &Experiment, shown: impl Fn(&Stage) -> bool) -> Vec<Grid> {
     let mut grids = Vec::new();
@@ -43,7 +46,16 @@ pub(super) fn experiment_grids(experiment: &Experiment, shown: impl Fn(&Stage) -
         "Where the squares ended: centres of gravity of surveyed − dead-reckoned end points [mm]",
         &["squares", "runs", "x cw", "y cw", "r cw", "x ccw", "y ccw", "r ccw", "E_max,syst"],
     );
+    // Of many calibrations, those on the squares that served the best.
+    let side = experiment.best().filter(|_| experiment.methods.len() > MANY).map(|best| best.calibrated_on_side);
+    let on =
+        |stage: &Stage| experiment.methods.iter().find(|it| it.after.name == stage.name)?.calibrated_on_side.into();
+    let mut left_out = 0;
     for stage in experiment.stages().filter(|stage| shown(stage)) {
+        if side.zip(on(stage)).is_some_and(|(side, on)| side != on) {
+            left_out += 1;
+            continue;
+        }
         for side in &stage.sides {
             let mm = |value: f64| format!("{:.1}", 1e3 * value);
             let CentreOfGravity { x, y, .. } = side.cw;
@@ -60,7 +72,13 @@ pub(super) fn experiment_grids(experiment: &Experiment, shown: impl Fn(&Stage) -
             ]);
         }
     }
-    grids.push(grid.noted("E_max,syst is the larger of the two r"));
+    let note = "E_max,syst is the larger of the two r";
+    grids.push(match left_out {
+        0 => grid.noted(note),
+        left_out => {
+            grid.noted(&format!("{note}; `--json` prints the {left_out} calibrations on other squares as well"))
+        }
+    });
     grids.push(paper());
     grids
 }

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// The answer of an experiment in a sentence, and what stands beside it, a sentence each.
 pub fn answer(experiment: &Experiment) -> (String, Vec<String>) {
-    let best = best(experiment);
+    let best = experiment.best();
     let mut beside = Vec::new();
     if !experiment.complete {
         beside.push("Interrupted: this is what had been driven.".to_owned());
@@ -18,16 +18,9 @@ pub fn answer(experiment: &Experiment) -> (String, Vec<String>) {
     (in_a_sentence(best, &experiment.before, experiment.methods.len()), beside)
 }
 
-/// The method that gained most at the side that it saw.
-fn best(experiment: &Experiment) -> Option<&MethodResult> {
-    let better = |result: &&MethodResult| result.improvement(&experiment.before);
-    let gained = experiment.methods.iter().filter(|result| better(result).is_some());
-    gained.max_by(|one, other| better(one).unwrap_or(0.0).total_cmp(&better(other).unwrap_or(0.0)))
-}
-
 /// The page of an experiment.
 pub fn page(title: String, experiment: &Experiment, provenance: Provenance) -> Page {
-    let best = best(experiment);
+    let best = experiment.best();
     let (answer, beside) = answer(experiment);
     let figures = experiment.before.sides.iter().flat_map(|side| scatter(experiment, best, side.side)).collect();
     let mut unable: Vec<String> = experiment

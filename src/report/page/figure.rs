@@ -401,7 +401,9 @@ impl Bars {
                 @if let Some((value, words)) = &self.reference {
                     @let x = at(*value);
                     @let anchor = if x > 0.66 * WIDTH { "end" } else if x < 0.33 * WIDTH { "start" } else { "middle" };
-                    path class="zero dashes" d=(format!("M{x:.1} {top}V{foot:.1}")) {}
+                    // Beside the bars, not through their words.
+                    @let beside = |row: usize| top + ROW * row as f64 + 17.0;
+                    path class="zero dashes" d=((0..self.rows.len()).map(|row| format!("M{x:.1} {:.1}v14", beside(row))).collect::<String>()) {}
                     text x=(one(x)) y=(one(foot + 15.0)) text-anchor=(anchor) { (words) }
                 }
                 @for (index, bar) in self.rows.iter().enumerate() {
