@@ -8,7 +8,8 @@ use crate::report::text::{self, Style};
 use crate::scene::Scene;
 use std::path::Path;
 
-/// Methods whose calibrated robot is shown beside the uncalibrated one.
+/// Methods whose calibrated robots are shown beside the uncalibrated one, where they are asked for: else the first and the last
+/// that are.
 const SHOWN: [&str; 2] = ["umbmark", "maximum_likelihood"];
 
 /// Records an experiment: the longest square counter-clockwise in full, before and after; the paths of the others.
@@ -22,7 +23,15 @@ impl ExperimentRecorder {
     pub(super) fn create(file: &Path, scene: &Scene, plan: &Plan) -> Result<Self, RecordingError> {
         let side = plan.longest();
         let mut stages = vec![Experiment::BEFORE.to_owned()];
-        stages.extend(SHOWN.map(|method| Experiment::stage_after(method, side)));
+        let asked: Vec<&'static str> = plan.methods.iter().map(|method| method.name).collect();
+        let shown =
+            |known, other: Option<&&'static str>| if asked.contains(&known) { Some(known) } else { other.copied() };
+        for method in [shown(SHOWN[0], asked.first()), shown(SHOWN[1], asked.last())].into_iter().flatten() {
+            let stage = Experiment::stage_after(method, side);
+            if !stages.contains(&stage) {
+                stages.push(stage);
+            }
+        }
         let featured: Vec<RunLabel> = [&stages[0], &stages[stages.len() - 1]]
             .into_iter()
             .map(|stage| RunLabel::of(stage, &plan.featured(), 1))

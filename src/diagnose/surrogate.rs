@@ -299,7 +299,10 @@ impl Surrogate {
         let concerned: Vec<usize> = (0..bench.clusters.len())
             .filter(|&cluster| self.concerns(bench.model.scene(), &bench.clusters[cluster], variant))
             .collect();
-        for (cluster, simulated) in self.simulate(bench, &concerned, axis, &values)? {
+        let simulated = self.simulate(bench, &concerned, axis, &values)?;
+        // What was carried over goes, also where the spot is not come upon.
+        self.responses.iter_mut().for_each(|responses| drop(responses.of_axis.remove(&axis)));
+        for (cluster, simulated) in simulated {
             self.responses[cluster].of_axis.insert(axis, Response::of(variant, simulated));
         }
         Ok(())

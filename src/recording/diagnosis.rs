@@ -298,7 +298,8 @@ fn residuals(stream: &Stream, runs: &[RunReadings]) {
         stream.fixed(path.child("axes"), &thin.with_draw_order(0.0));
 
         // The viewer leaves no margin around what it shows.
-        let frame = [[-half, half], [half, half], [half, -half - 4.6 * letters], [-half, -half - 4.6 * letters]];
+        let (side, foot) = (1.06 * half, half + 4.6 * letters);
+        let frame = [[-side, half], [side, half], [side, -foot], [-side, -foot]];
         let frame = LineStrips2D::new([strip(frame.map(place))]).with_radii([look::points(0.5)]);
         stream.fixed(path.child("margin"), &frame.with_colors([look::PAPER]).with_draw_order(-1.0));
 

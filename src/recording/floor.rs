@@ -38,7 +38,7 @@ pub(super) fn draw(stream: &Stream, floor: &Floor, driven: &Area) {
         stream.fixed(root.child("grip"), &regions.into_rerun());
         let words = floor.regions.iter().flat_map(|region| {
             let (centre, half_width) = middle(region);
-            lettering(&format!("GRIP x {}", region.grip_ratio), [centre[0], centre[1] - half_width - 0.1])
+            lettering(&format!("GRIP x {}", region.grip_ratio), [centre[0], centre[1] - half_width - 0.1], 0.0)
         });
         stream.fixed(root.child("grip_words"), &ink(words));
     }
@@ -57,14 +57,14 @@ pub(super) fn draw(stream: &Stream, floor: &Floor, driven: &Area) {
             .with_radii([look::metres(0.025)])
             .with_colors([INK]);
         stream.fixed(root.child("downhill"), &arrow);
-        let words = lettering(&format!("FALLS {:.1} %", 100.0 * floor.gradient), [at[0] - 0.25, at[1]]);
+        let words = lettering(&format!("FALLS {:.1} %", 100.0 * floor.gradient), [at[0] - 0.25, at[1]], 0.5);
         stream.fixed(root.child("downhill_words"), &ink(words));
     }
 }
 
-/// Letters on the floor, to be read from behind the start; `at` is the left end of their middle \[m\].
-fn lettering(text: &str, at: [f64; 2]) -> Vec<LineStrip3D> {
-    let lines = lettering::lines(text, [0.0; 2], LETTERS, 0.0);
+/// Letters on the floor, to be read from behind the start; `at` lies on their middle line \[m\], this share of it from the left.
+fn lettering(text: &str, at: [f64; 2], share: f64) -> Vec<LineStrip3D> {
+    let lines = lettering::lines(text, [0.0; 2], LETTERS, share);
     let on_floor = |[right, up]: [f64; 2]| f32_at([at[0] + up, at[1] - right], 4e-3);
     lines.into_iter().map(|line| LineStrip3D::from_iter(line.into_iter().map(on_floor))).collect()
 }

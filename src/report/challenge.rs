@@ -129,7 +129,7 @@ pub fn text(score: &Score) -> String {
     let _ = writeln!(out, "{totals}");
     let _ = writeln!(
         out,
-        "named {} of the {} that an oracle could name; 95 % intervals cover {} of {}; smallest detectable sizes within a factor \
+        "named {}, where an oracle could name {}; 95 % intervals cover {} of {}; smallest detectable sizes within a factor \
          of two of the oracle's: {} of {}; held-out gain {:.2} of the oracle's; mean set {:.2} (oracle {:.2}); regret {:.2}; \
          {:.1} s a diagnosis",
         score.count(Tally::Named) + score.count(Tally::BothExact),
