@@ -57,7 +57,7 @@ pub(super) fn draw(stream: &Stream, floor: &Floor, driven: &Area) {
             .with_radii([look::metres(0.025)])
             .with_colors([INK]);
         stream.fixed(root.child("downhill"), &arrow);
-        let words = lettering(&format!("FALLS {:.1} %", 100.0 * floor.gradient), [at[0] - 0.25, at[1]], 0.5);
+        let words = lettering(&format!("FALLS {:.1} %", 100.0 * floor.gradient), [at[0] - 0.25, at[1]], 0.7);
         stream.fixed(root.child("downhill_words"), &ink(words));
     }
 }

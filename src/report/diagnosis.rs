@@ -170,15 +170,21 @@ pub(super) fn worth(gain: Option<&Gain>) -> String {
         String::new()
     };
     format!(
-        "Gain on runs held out ({}): position {:.1} → {:.1} mm{heading}; {:.0} % ({:.0} to {:.0} %){sure}. Noise floor {:.1} mm.",
+        "Gain on runs held out ({}): position {:.1} → {:.1} mm{heading}; {}{sure}. Noise floor {:.1} mm.",
         gain.held_out,
         1e3 * gain.position_before,
         1e3 * gain.position_after,
-        100.0 * (1.0 - gain.position_after / gain.position_before),
-        100.0 * gain.interval[0],
-        100.0 * gain.interval[1],
+        share_gained(gain),
         1e3 * gain.noise_floor
     )
+}
+
+/// The gain in position with its interval.
+pub(super) fn share_gained(gain: &Gain) -> String {
+    // Adding zero makes −0 a 0.
+    let percent = |share: f64| (100.0 * share).round() + 0.0;
+    let [low, high] = gain.interval.map(percent);
+    format!("{} % ({low} to {high} %)", percent(1.0 - gain.position_after / gain.position_before))
 }
 
 /// What to drive next, where two answers stand.

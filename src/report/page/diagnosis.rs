@@ -186,12 +186,7 @@ fn worth(gain: &Gain) -> Vec<Bars> {
                 label: "1 − after/before".to_owned(),
                 value: Some(100.0 * share),
                 interval: Some(gain.interval.map(|end| 100.0 * end)),
-                words: format!(
-                    "{:.0} % ({:.0} to {:.0} %)",
-                    100.0 * share,
-                    100.0 * gain.interval[0],
-                    100.0 * gain.interval[1]
-                ),
+                words: words::share_gained(gain),
                 pale: gain.interval[0] <= 0.0,
             }],
             reference: Some((0.0, "none".to_owned())),
