@@ -34,7 +34,8 @@ struct Sums {
 
 impl Sums {
     fn of(score: &Score) -> Sums {
-        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64;
+        // The sum of nothing is −0; adding zero makes it a 0.
+        let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64 + 0.0;
         let covered: Vec<bool> = score.draws.iter().flat_map(|scored| scored.covered.iter().copied()).collect();
         let ratios: Vec<f64> = score.draws.iter().flat_map(|scored| scored.detectable_ratio.iter().copied()).collect();
         let gains: Vec<[f64; 2]> = score.draws.iter().filter_map(|scored| scored.gain).collect();
