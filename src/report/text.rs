@@ -75,9 +75,7 @@ pub(super) fn experiment_grids(experiment: &Experiment, shown: impl Fn(&Stage) -
     let note = "E_max,syst is the larger of the two r";
     grids.push(match left_out {
         0 => grid.noted(note),
-        left_out => {
-            grid.noted(&format!("{note}; `--json` prints the {left_out} calibrations on other squares as well"))
-        }
+        left_out => grid.noted(format!("{note}; `--json` prints the {left_out} calibrations on other squares as well")),
     });
     grids.push(paper());
     grids
