@@ -13,8 +13,8 @@ use rapier3d::math::{Pose, Rotation, Vector};
 use rapier3d::parry::query::intersection_test;
 use rapier3d::parry::shape::SharedShape;
 use rapier3d::prelude::{
-    CoefficientCombineRule, Collider, ColliderBuilder, FrictionModel, GenericJoint, MassProperties, PhysicsWorld,
-    RevoluteJointBuilder, RigidBodyBuilder, RigidBodyHandle,
+    ActiveHooks, CoefficientCombineRule, Collider, ColliderBuilder, FrictionModel, GenericJoint, MassProperties,
+    PhysicsWorld, RevoluteJointBuilder, RigidBodyBuilder, RigidBodyHandle,
 };
 
 /// The engine with the robot in it, at rest on the ground.
@@ -49,13 +49,14 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
     }
 
     let chassis_friction = scene.floor.plane.map_or(0.3, |plane| plane.chassis_friction);
-    for piece in &ground.pieces {
+    for (index, piece) in ground.pieces.iter().enumerate() {
         let (shape, room_from_shape) = match (scene.contact, piece.obstacle) {
             (Contact::Patch, None) => slab(),
             _ => (piece.shape.clone(), piece.room_from_shape),
         };
         let collider = ColliderBuilder::new(shape)
             .position(room_from_shape)
+            .user_data(index as u128)
             .friction(1.0)
             .friction_combine_rule(CoefficientCombineRule::Multiply);
         physics.insert_collider(collider, None);
@@ -161,13 +162,14 @@ fn hinge(wheel: &Wheel) -> GenericJoint {
     joint
 }
 
-/// The wheel as the engine's own cylinder with Coulomb friction.
+/// The wheel as the engine's own cylinder with Coulomb friction, on a floor that `carried` knows.
 fn rigid_tyre(wheel: &Wheel) -> Collider {
     ColliderBuilder::cylinder(0.5 * wheel.tyre.width, wheel.tyre.free_radius)
         .position(along_axle(wheel))
         .density(0.0)
         .friction(wheel.tyre.friction_along)
         .friction_combine_rule(CoefficientCombineRule::Multiply)
+        .active_hooks(ActiveHooks::MODIFY_SOLVER_CONTACTS)
         .build()
 }
 

@@ -76,9 +76,14 @@ impl Ground {
 
     /// Factor on friction at a touch.
     pub(super) fn grip_ratio(&self, touch: &Touch) -> f64 {
-        let piece = &self.pieces[touch.piece];
+        self.grip_ratio_at(touch.piece, touch.point)
+    }
+
+    /// Factor on friction at a point of a piece.
+    pub(super) fn grip_ratio_at(&self, piece: usize, point: Vector) -> f64 {
+        let piece = &self.pieces[piece];
         match piece.obstacle {
-            None => self.floor.grip_ratio_at(touch.point.x, touch.point.y),
+            None => self.floor.grip_ratio_at(point.x, point.y),
             Some(_) => piece.grip_ratio,
         }
     }

@@ -7,6 +7,7 @@
 //! rapier and parry stay in this room, and glam with them.
 
 mod bodies;
+mod carried;
 mod caster;
 mod convert;
 mod drivetrain;
@@ -22,7 +23,8 @@ pub use patch::{BRISTLE_DAMPING, CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, P
 pub use snapshot::{PatchSnapshot, WheelSnapshot};
 
 use crate::geometry::{Pose2, Twist2, unwrap_near, wrap_angle};
-use crate::scene::{EmpiricalTerm, Motion, Placement, Scene};
+use crate::scene::{Contact, EmpiricalTerm, Motion, Placement, Scene};
+use carried::CarriedContacts;
 use caster::RunningCaster;
 pub use drivetrain::Play;
 use ground::Ground;
@@ -93,8 +95,14 @@ impl World {
     /// The robot tipped over, fell, or the numbers are no longer finite.
     pub fn step(&mut self) -> Result<(), WorldError> {
         self.control();
-        self.apply_forces();
-        self.physics.step();
+        let floor = self.floor_motion();
+        self.apply_forces(floor);
+        match self.scene.contact {
+            Contact::Patch => self.physics.step(),
+            Contact::Rigid => {
+                self.physics.step_with_events(&CarriedContacts { ground: &self.ground, motion: floor }, &())
+            }
+        }
         self.steps += 1;
         self.read_angles();
         self.check()
@@ -238,15 +246,10 @@ impl World {
     }
 
     /// Tyres, casters and drivetrains push on the bodies.
-    fn apply_forces(&mut self) {
+    fn apply_forces(&mut self, floor: FloorMotion) {
         let dt = self.scene.time_step;
-        let floor = self.floor_twist();
         let body = BodyState::of(self.chassis());
         let base = body.room_from_base.translation;
-        let forward = body.room_from_base.rotation * Vector::X;
-        let velocity = forward * floor.forward + Vector::Z.cross(forward) * floor.left;
-        let floor = FloorMotion { base, velocity, yaw_rate: floor.yaw_rate };
-
         let mut on_body = Wrench::default();
         let robot = &self.scene.robot;
         for (running, wheel) in self.wheels.iter_mut().zip(&robot.wheels) {
@@ -269,6 +272,15 @@ impl World {
             on_body += caster.press(&self.ground, &body, &floor, dt);
         }
         push(&mut self.physics.bodies[self.chassis], on_body);
+    }
+
+    /// How the floor moves in the coming step.
+    fn floor_motion(&mut self) -> FloorMotion {
+        let floor = self.floor_twist();
+        let room_from_base = self.chassis().position();
+        let forward = room_from_base.rotation * Vector::X;
+        let velocity = forward * floor.forward + Vector::Z.cross(forward) * floor.left;
+        FloorMotion { base: room_from_base.translation, velocity, yaw_rate: floor.yaw_rate }
     }
 
     /// The twist of the floor under the tyres: an uneven floor's, and that of empirical terms.

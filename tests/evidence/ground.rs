@@ -2,7 +2,10 @@
 
 use crate::rig::{ideal, ramp_to, settled, step_for};
 use nalgebra::{Translation3, UnitQuaternion};
-use treadmark::scene::{Floor, GripRegion, Obstacle, Placement, RegionShape};
+use std::f64::consts::FRAC_PI_2;
+use treadmark::scene::{
+    Contact, EmpiricalTerm, Feature, Floor, GRAVITY, GripRegion, Obstacle, Placement, RegionShape, TwistPart,
+};
 
 fn at(x: f64, y: f64, z: f64) -> Placement {
     Placement::from_parts(Translation3::new(x, y, z), UnitQuaternion::identity())
@@ -89,4 +92,43 @@ fn a_region_of_other_grip_is_felt_where_it_is() {
     assert!((scene.floor.grip_ratio_at(0.0, 0.5) - 0.2).abs() < 1e-12);
     assert!((scene.floor.grip_ratio_at(0.0, -0.5) - 1.0).abs() < 1e-12);
     assert!((scene.floor.grip_ratio_at(0.0, 0.0) - 0.6).abs() < 1e-12, "half way at the edge");
+}
+
+/// The engine's own cylinders feel the floor as tyres do: a carpet that carries by 1 % of the way and turns by 0.01 rad/m
+/// does so to 1 % of that, and on ground of half the grip the robot slides sideways at g(sin θ − μ/2 cos θ), 1 % for the
+/// hinges that give.
+#[test]
+fn the_engines_own_contacts_feel_the_floor() {
+    let rigid = || {
+        let mut scene = ideal("jnpf_4wd");
+        scene.contact = Contact::Rigid;
+        scene
+    };
+    let end = |empirical: &[EmpiricalTerm]| {
+        let mut scene = rigid();
+        scene.empirical = empirical.to_vec();
+        let mut world = settled(&scene);
+        ramp_to(&mut world, 4.0, 4.0);
+        step_for(&mut world, 5.0);
+        world.pose()
+    };
+    let term = |part| EmpiricalTerm { part, feature: Feature::Speed, coefficient: 0.01 };
+    let still = end(&[]);
+    let carried = end(&[term(TwistPart::Forward)]);
+    assert!(((carried.x / still.x - 1.0) / 0.01 - 1.0).abs() < 0.02, "{carried:?} against {still:?}");
+    let turned = end(&[term(TwistPart::Yaw)]);
+    assert!((turned.heading / (0.01 * still.x) - 1.0).abs() < 0.02, "{turned:?} against {still:?}");
+
+    let mut scene = rigid();
+    scene.floor.gradient = 0.6;
+    scene.floor.downhill_heading = FRAC_PI_2;
+    let shape = RegionShape::Rectangle { min: [-5.0, -5.0], max: [5.0, 5.0] };
+    scene.floor.regions = vec![GripRegion { shape, grip_ratio: 0.5 }];
+    let mut world = settled(&scene);
+    let from = world.twist().left;
+    step_for(&mut world, 1.0);
+    let slope = 0.6f64.atan();
+    let expected = GRAVITY * (slope.sin() - 0.5 * 0.8 * slope.cos());
+    let acceleration = world.twist().left - from;
+    assert!((acceleration / expected - 1.0).abs() < 0.01, "{acceleration:.4} against {expected:.4}");
 }
