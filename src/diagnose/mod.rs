@@ -541,7 +541,10 @@ impl<'m> Study<'m> {
             let variant = &self.variants[axis.variant];
             let share = if variant.place().is_some() { NEAR_FOR_SPOTS } else { NEAR };
             let near = share * variant.coordinates[axis.coordinate].std_dev;
-            let known = variant.effect.is_survey() || self.surrogate.nearest_node(axis, value, &self.variants) <= near;
+            // What is in doubt moves little against what its effect was simulated at.
+            let known = variant.effect.is_survey()
+                || variant.doubted
+                || self.surrogate.nearest_node(axis, value, &self.variants) <= near;
             if !known && !wanted.iter().any(|(other, _)| *other == axis) {
                 wanted.push((axis, value));
             }
