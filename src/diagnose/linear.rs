@@ -413,10 +413,8 @@ impl Problem<'_> {
             let normal = a + DMatrix::from_diagonal(&precision);
             let Some(factor) = Cholesky::new(normal) else { break };
             let mut step = factor.solve(&(b + precision.component_mul(&off)));
-            // A step of several prior σ leaves the range in which responses were simulated.
-            let far =
-                step.iter().zip(&prior).map(|(step, prior)| step.abs() / (4.0 * prior.std_dev)).fold(1.0, f64::max);
-            step /= far;
+            // Farther than a linear look sees, a part of the way is enough.
+            step /= step.iter().zip(&prior).map(|(step, prior)| step.abs() / prior.reach).fold(1.0, f64::max);
             let mut moved = 0.0_f64;
             for (((_, value), step), prior) in at.iter_mut().zip(step.iter()).zip(&prior) {
                 let before = *value;

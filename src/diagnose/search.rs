@@ -218,8 +218,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
                 .map(|(&column, step)| {
                     let axis = axes[column];
                     let here = seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
-                    // Not farther than a linear look can see.
-                    let reach = 4.0 * prior(axis).std_dev;
+                    let reach = prior(axis).reach;
                     (axis, here + step.clamp(-reach, reach))
                 })
                 .collect();

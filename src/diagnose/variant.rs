@@ -30,6 +30,8 @@ pub(super) struct Coordinate {
     /// Prior: normal with this mean and σ, cut off below 0 where it is one-sided.
     pub mean: f64,
     pub std_dev: f64,
+    /// How far a linear look sees: about the range in which responses are simulated.
+    pub reach: f64,
     pub one_sided: bool,
     /// Where it may be: what its parameter allows.
     pub bounds: [f64; 2],
@@ -39,6 +41,9 @@ pub(super) struct Coordinate {
 
 impl Coordinate {
     const ANYWHERE: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+    /// Prior σ that a linear look sees.
+    const SEEN: f64 = 4.0;
 
     /// The nearest value that it may have.
     pub fn within(&self, value: f64) -> f64 {
@@ -75,7 +80,7 @@ impl Variant {
             let coordinate = |mean: f64, std_dev, one_sided| {
                 let mean = mean - neutral;
                 let bounds = parameter.bounds.map(|bound| bound - neutral);
-                Coordinate { neutral, mean, std_dev, one_sided, bounds, hourly }
+                Coordinate { neutral, mean, std_dev, reach: Coordinate::SEEN * std_dev, one_sided, bounds, hourly }
             };
             match parameter.prior {
                 Prior::Normal { mean, std_dev } => coordinates.push(coordinate(mean, std_dev, false)),
@@ -117,6 +122,7 @@ impl Variant {
                 neutral: 0.0,
                 mean: 0.0,
                 std_dev,
+                reach: Coordinate::SEEN * std_dev,
                 one_sided: false,
                 bounds: Coordinate::ANYWHERE,
                 hourly: false,
