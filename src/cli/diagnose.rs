@@ -60,7 +60,11 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (robot, world) = models(arguments, &datasets[0])?;
     let given = load_scene(&robot, &world)?;
     let settings = Cause::from_settings(&arguments.settings, &given)?;
-    let given = Cause::edit_all(&settings, &given);
+    let mut given = Cause::edit_all(&settings, &given);
+    if !settings.is_empty() {
+        // What a campaign left of the model says nothing of one with other causes in it.
+        given.robot.residues.clear();
+    }
 
     let simulator = Simulator::new(&given, stop_on_ctrl_c());
     let style = ProgressStyle::with_template("{bar:40.cyan/blue} {pos}/{len} simulations  {elapsed_precise}");
@@ -97,6 +101,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             response: found.doubt.response.max(given.robot.doubt.response),
             ..found.doubt
         },
+        residues: found.residues.clone(),
     };
     std::fs::write(&model, extended.to_toml()).with_context(|| model.display().to_string())?;
     let model = std::path::absolute(&model).with_context(|| model.display().to_string())?;
@@ -112,7 +117,9 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     #[cfg(not(feature = "recording"))]
     output::note_missing_recording(arguments.no_recording);
     let provenance = output::provenance(None, &data)?;
-    output::report(&folder, &page::diagnosis::page(title, &found, gain.as_ref(), &extended.to_toml(), provenance))?;
+    // What a campaign left is numbers for the next diagnosis; a reader sees it in the figures.
+    let text = ExtendedModel { residues: Vec::new(), ..extended }.to_toml();
+    output::report(&folder, &page::diagnosis::page(title, &found, gain.as_ref(), &text, provenance))?;
     let report = diagnosis::diagnosis(&found, gain.as_ref());
     std::fs::write(folder.join("report.txt"), &report).with_context(|| folder.display().to_string())?;
     if arguments.json {

@@ -39,6 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         causes: best.causes.clone(),
         empirical: Vec::new(),
         doubt: crate::scene::Doubt::default(),
+        residues: Vec::new(),
     };
     let file = folder.join("best_model.toml");
     std::fs::write(&file, model.to_toml()).with_context(|| file.display().to_string())?;

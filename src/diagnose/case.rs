@@ -1,10 +1,9 @@
 //! The runs as a diagnosis sees them: what was read where, and which runs repeat one another.
 
-use super::noise::NoiseModel;
 use crate::dataset::{Dataset, Protocol, Run};
 use crate::geometry::Pose2;
 use crate::odometry::{DeadReckoning, OdometryParameters};
-use crate::scene::{Scene, Survey};
+use crate::scene::{NoiseModel, Scene, Survey};
 
 /// One run.
 #[derive(Debug, Clone)]
@@ -266,6 +265,6 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
 }
 
 /// Whether two starts are the same mark, to what a survey can tell and a floor can matter.
-fn near(a: Pose2, b: Pose2) -> bool {
+pub(super) fn near(a: Pose2, b: Pose2) -> bool {
     a.distance(b) < 0.05 && (a.heading - b.heading).abs() < 0.05
 }

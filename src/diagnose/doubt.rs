@@ -7,11 +7,34 @@
 
 use super::case::Case;
 use super::linear::{PARTS, flatten};
+use super::residue::Memory;
 use super::surrogate::{ARM, Surrogate, Way, compose};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Shares that are tried \[–\].
 pub(super) const SHARES: [f64; 8] = [0.0, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3, 6.4e-3];
+
+/// How one cluster's readings take errors of the model's motion.
+pub(super) struct MotionError {
+    /// Change of the readings by each kind of error, for a share of 1.
+    pub columns: DMatrix<f64>,
+    /// What the last campaign says of these errors, where there was one.
+    pub memory: Option<Memory>,
+}
+
+impl MotionError {
+    /// Columns that the readings err along, each by 1 σ, and what they are expected to be off by; `share` is how far the
+    /// motion may be wrong.
+    pub fn of_readings(&self, share: f64) -> (DMatrix<f64>, DVector<f64>) {
+        match &self.memory {
+            None => (&self.columns * share, DVector::zeros(self.columns.nrows())),
+            Some(memory) => {
+                let expected = memory.expected(share);
+                (&self.columns * expected.spread.transpose(), &self.columns * expected.mean)
+            }
+        }
+    }
+}
 
 /// Change of a run's readings by each kind of error, in each part of its way and in all of it, for a share of 1.
 pub(super) fn columns(surrogate: &Surrogate, case: &Case, way: &Way) -> DMatrix<f64> {
@@ -37,13 +60,6 @@ pub(super) fn columns(surrogate: &Surrogate, case: &Case, way: &Way) -> DMatrix<
         }
     }
     DMatrix::from_columns(&columns)
-}
-
-/// `columns` for a share, whitened by the factor of the readings' covariance.
-pub(super) fn of(columns: &DMatrix<f64>, share: f64, readings: &Cholesky<f64, Dyn>) -> DMatrix<f64> {
-    let mut columns = columns * share;
-    whiten(readings, &mut columns);
-    columns
 }
 
 /// Factor of the covariance that the mean of a cluster's whitened readings has by such errors, over the one it has without:

@@ -6,7 +6,7 @@
 //! unknowns with a prior of their own: a tyre is not the model's tyre.
 
 use super::case::{Case, Cluster};
-use super::doubt;
+use super::doubt::{self, MotionError};
 use super::noise::Shapes;
 use super::surrogate::{Coordinates, Step, Surrogate, compose};
 use super::variant::{Axis, Variant};
@@ -170,11 +170,16 @@ impl Problem<'_> {
         Linearised { axes: axes.to_vec(), columns, residuals, of_means }
     }
 
-    /// The same problem, with errors of the model's own motion by a share of it; `columns` say what a share of 1 does to each
-    /// cluster's readings.
-    pub fn with_doubts(mut self, columns: &[DMatrix<f64>], share: f64) -> Self {
-        let of = |(columns, factor)| Some(doubt::of(columns, share, factor));
-        self.doubts = columns.iter().zip(&self.factors).map(of).collect();
+    /// The same problem, with errors of the model's own motion by a share of it, or as the last campaign left them.
+    pub fn with_doubts(mut self, errors: &[MotionError], share: f64) -> Self {
+        for (index, error) in errors.iter().enumerate() {
+            let (mut columns, off) = error.of_readings(share);
+            for &run in &self.clusters[index].runs {
+                self.observed[run] -= &off;
+            }
+            doubt::whiten(&self.factors[index], &mut columns);
+            self.doubts[index] = Some(columns);
+        }
         self.of_means = (0..self.clusters.len()).map(|index| self.of_mean(index, None)).collect();
         self
     }
@@ -185,7 +190,7 @@ impl Problem<'_> {
     }
 
     /// The runs of a cluster that count.
-    pub fn active(&self, cluster: usize) -> impl Iterator<Item = usize> {
+    fn active(&self, cluster: usize) -> impl Iterator<Item = usize> {
         self.clusters[cluster].runs.iter().copied().filter(|&run| self.counts[run] > 0.0)
     }
 

@@ -15,17 +15,18 @@ mod gain;
 mod linear;
 mod next;
 mod noise;
+mod residue;
 mod search;
 mod spots;
 mod surrogate;
 mod variant;
 mod verdict;
 
+pub use crate::scene::NoiseModel;
 pub use case::Condition;
 pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
 pub use next::NextExperiment;
-pub use noise::NoiseModel;
 pub use surrogate::Library;
 pub use verdict::{Blind, Diagnosis, Finding, Found, Misfit, MisfitCondition, Ranked, RunReadings, Verdict};
 
@@ -33,10 +34,12 @@ use crate::dataset::Dataset;
 use crate::effect::Cause;
 use crate::scene::{Doubt, TwistPart};
 use case::{Case, Cluster};
+use doubt::MotionError;
 use linear::Problem;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use noise::Shapes;
 use rayon::prelude::*;
+use residue::Memory;
 use std::sync::OnceLock;
 use surrogate::{Bench, Surrogate};
 use variant::Variant;
@@ -112,8 +115,8 @@ pub struct Study<'m> {
     first_variants: usize,
     surrogate: Surrogate,
     shapes: Vec<Shapes>,
-    /// What an error of the model's own motion does to each cluster's readings, for a share of 1, once it was asked for.
-    doubts: OnceLock<Vec<DMatrix<f64>>>,
+    /// What an error of the model's own motion does to each cluster's readings, once it was asked for.
+    doubts: OnceLock<Vec<MotionError>>,
     /// What is stated or usual of the noise, and what was learnt.
     prior_noise: NoiseModel,
     noise: NoiseModel,
@@ -159,9 +162,14 @@ impl<'m> Study<'m> {
             }
         }
         surrogate.add_terms(&clusters, &variants);
+        // Where the last campaign is remembered, what it left is known better than what a calibration would find.
+        let remembers = |cluster: &Cluster| {
+            residue::of_last(scene, &cases[cluster.reference], &conditions[cluster.condition].label()).is_some()
+        };
+        let in_doubt = !clusters.iter().all(remembers);
         for (id, doubt) in CALIBRATED.into_iter().zip(calibrated(scene.robot.doubt)) {
             let known = variants.iter().find(|variant| variant.effect.id == id);
-            if let Some(doubted) = known.filter(|_| doubt > 0.0).map(|variant| variant.doubted(doubt)) {
+            if let Some(doubted) = known.filter(|_| in_doubt && doubt > 0.0).map(|variant| variant.doubted(doubt)) {
                 variants.push(doubted);
             }
         }
@@ -213,10 +221,8 @@ impl<'m> Study<'m> {
         let clusters: Vec<Cluster> = self
             .clusters
             .iter()
-            .map(|cluster| {
-                let runs = cluster.runs.iter().copied().filter(|&run| self.counts[run] > 0.0).collect();
-                Cluster { runs, ..cluster.clone() }
-            })
+            .enumerate()
+            .map(|(index, cluster)| Cluster { runs: self.active(index).collect(), ..cluster.clone() })
             .collect();
         let repeats = self.repeats();
         let spreads = {
@@ -237,9 +243,14 @@ impl<'m> Study<'m> {
 
     /// Whether enough runs repeat one another to tell noise by.
     fn repeats(&self) -> bool {
-        let active = |runs: &[usize]| runs.iter().filter(|&&run| self.counts[run] > 0.0).count();
-        let free: usize = self.clusters.iter().map(|cluster| active(&cluster.runs).saturating_sub(1)).sum();
-        free >= 2 && 4 * free >= active(&(0..self.cases.len()).collect::<Vec<_>>())
+        let active: Vec<usize> = (0..self.clusters.len()).map(|cluster| self.active(cluster).count()).collect();
+        let free: usize = active.iter().map(|runs| runs.saturating_sub(1)).sum();
+        free >= 2 && 4 * free >= active.iter().sum::<usize>()
+    }
+
+    /// The runs of a cluster that count.
+    fn active(&self, cluster: usize) -> impl Iterator<Item = usize> {
+        self.clusters[cluster].runs.iter().copied().filter(|&run| self.counts[run] > 0.0)
     }
 
     /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
@@ -362,15 +373,24 @@ impl<'m> Study<'m> {
             response_error: self.options.response_error.map(|error| error.max(response)),
             counts,
         };
-        if motion_error > 0.0 { exact.with_doubts(self.doubts(), motion_error) } else { exact }
+        let remembers = !self.model.scene().robot.residues.is_empty();
+        if motion_error > 0.0 || remembers { exact.with_doubts(self.doubts(), motion_error) } else { exact }
     }
 
-    /// What an error of the model's own motion does to each cluster's readings, for a share of 1.
-    fn doubts(&self) -> &[DMatrix<f64>] {
+    /// What an error of the model's own motion does to each cluster's readings.
+    fn doubts(&self) -> &[MotionError] {
         let of = |cluster: &Cluster| {
-            doubt::columns(&self.surrogate, &self.cases[cluster.reference], &self.surrogate.ways[cluster.reference])
+            let (case, way) = (&self.cases[cluster.reference], &self.surrogate.ways[cluster.reference]);
+            let condition = self.conditions[cluster.condition].label();
+            match residue::of_last(self.model.scene(), case, &condition) {
+                None => MotionError { columns: doubt::columns(&self.surrogate, case, way), memory: None },
+                Some(residue) => MotionError {
+                    columns: residue::columns(self, case, way),
+                    memory: Some(Memory::of(self, residue, case, way)),
+                },
+            }
         };
-        self.doubts.get_or_init(|| self.clusters.iter().map(of).collect())
+        self.doubts.get_or_init(|| self.clusters.par_iter().map(of).collect())
     }
 
     /// Which causes, if any.
@@ -396,7 +416,7 @@ impl<'m> Study<'m> {
             }
         }
         let ranking = self.explained(ranking);
-        let mut diagnosis = verdict::judge(self, &ranking);
+        let mut diagnosis = verdict::judge(self, &ranking)?;
         diagnosis.next_experiment = self.next_experiment(&ranking, &diagnosis)?;
         Ok(diagnosis)
     }

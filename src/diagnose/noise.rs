@@ -6,25 +6,10 @@
 use super::case::{Case, Cluster};
 use super::surrogate::Way;
 use crate::geometry::Pose2;
-use crate::scene::{Scatter, Survey};
+use crate::scene::{NoiseModel, Scatter, Survey};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
-
-/// Sizes of the noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NoiseModel {
-    /// 1 σ of a surveyed coordinate \[m\].
-    pub position_std: f64,
-    /// 1 σ of a surveyed heading \[rad\].
-    pub heading_std: f64,
-    /// Time over which readings on the way remember their noise \[s\].
-    pub correlation_time: f64,
-    /// What floors do to runs.
-    pub scatter: Scatter,
-    /// σ of the clock offset from run to run \[s\].
-    pub clock_std: f64,
-}
 
 /// Shapes of one cluster's covariance, each for a size of 1.
 pub(super) struct Shapes {

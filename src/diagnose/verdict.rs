@@ -3,11 +3,11 @@
 use super::Study;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::variant::Variant;
-use super::{NextExperiment, noise::NoiseModel};
+use super::{ForwardError, NextExperiment, residue};
 use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
 use crate::geometry::Pose2;
-use crate::scene::{Doubt, EmpiricalTerm};
+use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// What a diagnosis says.
@@ -46,6 +46,8 @@ pub struct Diagnosis {
     pub empirical: Vec<EmpiricalTerm>,
     /// How far the answer is to be doubted in its turn, but for its motion, which [`super::Gain`] tells.
     pub doubt: Doubt,
+    /// What the answer leaves of these runs, for the diagnosis of later ones.
+    pub residues: Vec<Residue>,
     /// What to drive next, where two answers stand.
     pub next_experiment: Option<NextExperiment>,
     /// Readings of every run, and what the models predict of them.
@@ -169,7 +171,10 @@ const MOST: f64 = 0.9;
 const TRACK_CLASS: [&str; 3] = ["effective_track", "tyre_grip_anisotropy", "load_offset_longitudinal"];
 
 /// The answer from a ranking of causes, be it beside a formula.
-pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
+///
+/// # Errors
+/// It cannot be simulated.
+pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, ForwardError> {
     let variants = &study.variants;
     let best = convincing(ranking, variants);
     let empirical = super::surrogate::terms(variants, &best.fit.at);
@@ -235,7 +240,7 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
             probability: probability(h),
         })
         .collect();
-    Diagnosis {
+    Ok(Diagnosis {
         verdict,
         misfit,
         findings,
@@ -246,10 +251,11 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Diagnosis {
         causes: super::causes_of(variants, &best.fit.at),
         empirical,
         doubt: doubt(study, best),
+        residues: residue::residues(study, &study.answered(best))?,
         next_experiment: None,
         runs: run_readings(study, &study.answered(best)),
         left_out: study.left_out.clone(),
-    }
+    })
 }
 
 /// The best answer of which no part could as well be left out. Which wheel or place an effect has does not matter here:
@@ -327,12 +333,11 @@ fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
 
 /// Whether an answer leaves so much of the runs' means, against what runs of one kind stray by, that it is none.
 pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
-    let problem = study.problem(study.counts.clone());
     // Readings of all runs that count, and of one of each kind.
     let (mut all, mut of_means) = (0, 0);
     for (index, cluster) in study.clusters.iter().enumerate() {
         let readings = study.observed[cluster.reference].len();
-        let runs = problem.active(index).count();
+        let runs = study.active(index).count();
         all += runs * readings;
         of_means += runs.min(1) * readings;
     }

@@ -96,6 +96,18 @@ pub enum EffectError {
         /// What is wrong.
         source: Box<EffectError>,
     },
+    /// A residue whose readings do not fit together.
+    #[error(
+        "residue of `{condition}`: x, y, heading and at have {} numbers; heading may have none, the rest must be as many \
+         (without `at`, one of each), all finite, of more than 0 runs",
+        counts.map(|count| count.to_string()).join(", ")
+    )]
+    Residue {
+        /// Its condition.
+        condition: String,
+        /// Numbers in `x`, `y`, `heading` and `at`.
+        counts: [usize; 4],
+    },
     /// Extended models that extend one another in a circle, or too deep.
     #[error("{}: models that extend one another more than {limit} deep, or in a circle", file.display())]
     TooDeep {

@@ -17,12 +17,13 @@
 //!
 //! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of
 //! a way, on runs that it was not fitted to; `remainder`, how much an answer may leave; `response`, of what causes do to it; `diameter_scale`, `diameter_ratio` and
-//! `effective_track`, 1 σ of what a calibration would find. A diagnosis blames no cause for so much.
+//! `effective_track`, 1 σ of what a calibration would find. A diagnosis blames no cause for so much. Tables `[[residue]]` say
+//! what the campaign that the model was fitted to leaves ([`Residue`]): a diagnosis of the next one starts from there.
 //!
 //! Every command takes one as `--robot`. It may hold edits of floor and survey, since that is where causes can lie.
 
 use super::{Cause, Effect, EffectError};
-use crate::scene::{Doubt, EmpiricalTerm, Scene};
+use crate::scene::{Doubt, EmpiricalTerm, Residue, Scene};
 use crate::strict;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -41,6 +42,8 @@ pub struct ExtendedModel {
     pub empirical: Vec<EmpiricalTerm>,
     /// How far the robot is known to differ from the model.
     pub doubt: Doubt,
+    /// What the campaign that it was fitted to leaves, one a condition.
+    pub residues: Vec<Residue>,
 }
 
 const FORMAT: &str = "treadmark-extended-robot/1";
@@ -60,6 +63,8 @@ struct File {
     empirical: Vec<EmpiricalTerm>,
     #[serde(default, skip_serializing_if = "no_doubt")]
     doubt: Doubt,
+    #[serde(default, rename = "residue", skip_serializing_if = "Vec::is_empty")]
+    residues: Vec<Residue>,
 }
 
 /// Reads a robot, extended or not, and a world, each a file or the name of a shipped one.
@@ -87,6 +92,8 @@ pub fn load_scene(robot: &str, world: &str) -> Result<Scene, EffectError> {
         }
         scene.empirical.extend(&model.empirical);
         scene.robot.doubt = scene.robot.doubt.widest(model.doubt);
+        // What an earlier extension left is relative to a model that is no longer.
+        scene.robot.residues = model.residues;
         scene.robot.file = file;
     }
     Ok(scene)
@@ -110,6 +117,12 @@ impl ExtendedModel {
             strict::parse(&text).map_err(|source| EffectError::Toml { file: file.to_owned(), source })?;
         let in_file = |source| EffectError::InFile { file: file.to_owned(), source: Box::new(source) };
         let causes = parsed.effects.into_iter().map(cause_of).collect::<Result<_, _>>().map_err(in_file)?;
+        if let Some(odd) = parsed.residues.iter().find(|residue| !residue.is_sound()) {
+            return Err(in_file(EffectError::Residue {
+                condition: odd.condition.clone(),
+                counts: [odd.x.len(), odd.y.len(), odd.heading.len(), odd.at.len()],
+            }));
+        }
         // A base that is a file stands where this file says, seen from here.
         let beside = file.parent().unwrap_or(Path::new("")).join(&parsed.base);
         let base = if beside.is_file() { beside.to_string_lossy().into_owned() } else { parsed.base };
@@ -119,6 +132,7 @@ impl ExtendedModel {
             causes,
             empirical: parsed.empirical,
             doubt: parsed.doubt,
+            residues: parsed.residues,
         }))
     }
 
@@ -145,6 +159,7 @@ impl ExtendedModel {
             effects,
             empirical: self.empirical.clone(),
             doubt: self.doubt,
+            residues: self.residues.clone(),
         };
         toml::to_string(&file).expect("strings, numbers and tables are TOML")
     }

@@ -268,6 +268,7 @@ fn diagnosed() -> Diagnosis {
         causes: Vec::new(),
         empirical: Vec::new(),
         doubt: crate::scene::Doubt::default(),
+        residues: Vec::new(),
         next_experiment: None,
         runs: vec![
             run("cw-1", "square 1 m cw", 10, 1.0),

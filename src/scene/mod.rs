@@ -6,6 +6,7 @@
 mod empirical;
 mod error;
 mod floor;
+mod residue;
 mod robot;
 mod shape;
 mod shipped;
@@ -17,6 +18,7 @@ mod whole;
 pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
 pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape};
+pub use residue::{NoiseModel, Residue};
 pub use robot::{Caster, Doubt, DriverSettings, Drivetrain, Encoder, Robot, Side, Wheel};
 pub use shape::{Body, PlacedShape, Placement, Shape};
 pub use shipped::{ROBOTS, WORLDS};

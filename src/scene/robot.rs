@@ -4,6 +4,7 @@
 //! sign of the joint's axis.
 
 use super::error::SceneError;
+use super::residue::Residue;
 use super::shape::{Body, Placement};
 use super::tyre::Tyre;
 use super::{shipped, urdf};
@@ -49,6 +50,8 @@ pub struct Robot {
     pub driver: DriverSettings,
     /// How far the robot is known to differ from this model.
     pub doubt: Doubt,
+    /// What the campaigns that it was fitted to left, one a condition.
+    pub residues: Vec<Residue>,
     /// What loading it left out, in plain words: joints held fixed, meshes ignored.
     pub notes: Vec<String>,
 }
@@ -331,6 +334,7 @@ impl Robot {
             },
             driver: model.driver,
             doubt: model.doubt,
+            residues: Vec::new(),
             notes: assembly.notes,
         })
     }

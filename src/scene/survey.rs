@@ -1,6 +1,7 @@
 //! How poses are measured, and what differs from run to run.
 
 use crate::geometry::Pose2;
+use serde::{Deserialize, Serialize};
 
 /// How poses are measured: the noise of one reading, 1 σ (the start of a run is a reading like its end), and what is
 /// systematically off.
@@ -81,7 +82,8 @@ impl Default for Survey {
 /// A bump under one wheel lengthens its way; the body ends up turned or short against what the wheels rolled. The
 /// simulation imposes that twist as a motion of the floor under the tyres, in proportion to the body's own motion, so
 /// that the tyres work as they do and only the outcome scatters.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct Scatter {
     /// Heading a quarter turn on the spot \[rad\].
     pub heading_per_corner: f64,

@@ -5,7 +5,7 @@ use treadmark::dataset::Dataset;
 use treadmark::diagnose::{DiagnoseError, Options, Study, Verdict};
 use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, score};
-use treadmark::scene::{Doubt, Scene};
+use treadmark::scene::{Doubt, Scene, Tether};
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 
@@ -104,6 +104,46 @@ fn a_model_in_doubt_blames_nothing_for_so_little() {
     assert!(matches!(verdict(Doubt::default()), Verdict::Named | Verdict::Ambiguous));
     assert_eq!(verdict(Doubt { effective_track: 0.02, ..Doubt::default() }), Verdict::Explained);
     assert_eq!(verdict(Doubt { motion: 0.006, ..Doubt::default() }), Verdict::Explained);
+}
+
+/// What a campaign left of the model, the next one leaves again: in a world with a tether that no cause explains, a second
+/// campaign has nothing new, and a floor that was tilted since is named alone.
+#[test]
+fn the_next_campaign_is_held_against_what_the_last_one_left() {
+    let given = base();
+    let mut world = given.clone();
+    world.tether = Some(Tether { anchor: [-2.0, 3.0, 1.0], pull: 8.0 });
+    let tilted = Cause { values: vec![0.008, 1.0], ..Effect::named("floor_slope").expect("known").nothing() };
+    let campaign = |world: &Scene, seed: u64| {
+        let challenge = Challenge {
+            seed,
+            data: DataKind::EndPoints,
+            effects: EffectsKind::None,
+            campaign: CampaignKind::Squares,
+            mismatch: false,
+        };
+        let mut dataset = challenge.draw(world, &GO_ON).expect("it can be driven").dataset;
+        dataset.campaign.odometry = Some(given.robot.odometry);
+        dataset
+    };
+    let diagnose = |scene: &Scene, dataset: &Dataset| {
+        let simulator = Simulator::new(scene, &GO_ON);
+        let mut study =
+            Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
+                .expect("it is data");
+        study.diagnose().expect("it can be diagnosed")
+    };
+    let last = diagnose(&given, &campaign(&world, 31));
+    assert_ne!(last.verdict, Verdict::Explained, "{:#?}", last.ranking);
+    let mut known = Cause::edit_all(&last.causes, &given);
+    known.empirical.extend(&last.empirical);
+    known.robot.residues = last.residues;
+    let next = diagnose(&known, &campaign(&world, 32));
+    assert_eq!(next.verdict, Verdict::Explained, "{:#?}", next.ranking);
+    let tilted = diagnose(&known, &campaign(&tilted.edit(&world), 33));
+    assert_eq!(tilted.verdict, Verdict::Named, "{:#?}", tilted.ranking);
+    let effects: Vec<&str> = tilted.findings.iter().map(|finding| finding.effect).collect();
+    assert_eq!(effects, ["floor_slope"], "{:#?}", tilted.ranking);
 }
 
 fn draw(effects: EffectsKind, seed: u64) -> Dataset {

@@ -15,7 +15,9 @@ use treadmark::drive::{self, Observer, SimulatedRun, Snapshot, Task};
 use treadmark::effect::{Cause, EFFECTS, Effect, EffectError, ExtendedModel, Prior, load_scene};
 use treadmark::geometry::Pose2;
 use treadmark::odometry::DeadReckoning;
-use treadmark::scene::{Doubt, EmpiricalTerm, Feature, GRAVITY, Scene, Side, TwistPart, Tyre};
+use treadmark::scene::{
+    Doubt, EmpiricalTerm, Feature, GRAVITY, NoiseModel, Residue, Scatter, Scene, Side, TwistPart, Tyre,
+};
 use treadmark::world::{Patch, PatchMotion, Play, WheelSnapshot, World};
 
 /// The physical test of each effect.
@@ -1038,6 +1040,24 @@ fn an_extended_model_reads_as_it_was_written() {
         let plain = Scene::load(robot, "tilted_floor").expect("shipped");
         let causes: Vec<Cause> = small(&plain).into_iter().map(|(cause, _)| cause).collect();
         let (first, second) = causes.split_at(7);
+        let noise = NoiseModel {
+            position_std: 0.002,
+            heading_std: 0.003,
+            correlation_time: 0.3,
+            clock_std: 0.0,
+            scatter: Scatter::default(),
+        };
+        let residues = vec![Residue {
+            condition: "square 2 m cw".to_owned(),
+            start: [0.0, 0.1, 0.2],
+            runs: 5.0,
+            frame_at: Some(0.01),
+            at: vec![1.0, 2.0],
+            x: vec![0.001, 0.002],
+            y: vec![-0.001, 0.0],
+            heading: vec![0.003, 0.004],
+            noise,
+        }];
         let term = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedTime, coefficient: 0.1 + 0.2 };
         let model = |base: &str, causes: &[Cause], empirical: &[EmpiricalTerm]| ExtendedModel {
             base: base.to_owned(),
@@ -1045,6 +1065,7 @@ fn an_extended_model_reads_as_it_was_written() {
             causes: causes.to_vec(),
             empirical: empirical.to_vec(),
             doubt: Doubt { motion: 1e-4 * empirical.len() as f64, response: 0.1, ..Doubt::default() },
+            residues: residues.clone(),
         };
         let one = model(robot, first, &[term]);
         let inner = write("inner.toml", &one);
@@ -1055,6 +1076,7 @@ fn an_extended_model_reads_as_it_was_written() {
         expected.empirical.push(term);
         let doubt = Doubt { motion: 1e-4, response: 0.1, ..Doubt::default() };
         expected.robot.doubt = plain.robot.doubt.widest(doubt);
+        expected.robot.residues = residues;
         let mut read = load_scene(&outer, "tilted_floor").expect("it reads");
         assert_eq!(read.robot.file, Path::new(&outer));
         read.robot.file.clone_from(&expected.robot.file);
@@ -1073,6 +1095,10 @@ fn an_extended_model_reads_as_it_was_written() {
     refused("base = \"jnpf_4wd\"\nbasis = 1", &["line 3", "basis"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"tilt\"", &["`tilt`: no such effect"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\ngradient = 1", &["no such effect"]);
+    let odd = "base = \"jnpf_4wd\"\n[[residue]]\ncondition = \"spin\"\nstart = [0.0, 0.0, 0.0]\nruns = 5\nat = [1.0]\nx = [0.0]\n\
+               y = [0.0, 1.0]\n[residue.noise]\nposition_std = 0.002\nheading_std = 0.003\ncorrelation_time = 0.0\n\
+               clock_std = 0.0\n[residue.noise.scatter]\nheading_per_corner = 0.0\nheading_per_sqrt_metre = 0.0\ndistance = 0.0";
+    refused(odd, &["residue of `spin`", "1, 2, 0, 1 numbers"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"floor_slope\"\nslope = 1", &["no parameter `slope`"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"floor_slope\"\ngradient = 1", &["between 0 and 0.3"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"caster_drag\"\ncoefficient = 0.1", &["does not have"]);

@@ -1,0 +1,162 @@
+//! What a campaign leaves of the model that was fitted to it, and what that says of the next one.
+//!
+//! Whatever the model gets wrong about the motion, it gets wrong again in the next campaign of the same kind. So a diagnosis
+//! that knows what the last campaign left looks at what has changed: the error of the motion (`doubt`) has the last
+//! campaign's posterior for its prior, and that is as sharp as the last campaign's mean.
+
+use super::Study;
+use super::case::{Case, Cluster, Reading, near};
+use super::doubt;
+use super::forward::ForwardError;
+use super::linear::flatten;
+use super::noise::Shapes;
+use super::surrogate::{self, Way, compose};
+use super::variant::Axis;
+use crate::dataset::Protocol;
+use crate::effect::Cause;
+use crate::geometry::Pose2;
+use crate::scene::{Residue, Scene};
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rayon::prelude::*;
+
+/// Share of each part of a way that a model may be wrong by where the last campaign tells: so wide that it does.
+const WIDE: f64 = 3e-3;
+
+/// What the last campaign says of the model's error in one cluster: of its kinds, in the order of `columns`.
+pub(super) struct Memory {
+    /// Information matrix.
+    information: DMatrix<f64>,
+    /// Information times what was found.
+    found: DVector<f64>,
+}
+
+/// The model's error in one cluster: what is expected of it, and a factor of its covariance.
+pub(super) struct Expected {
+    pub mean: DVector<f64>,
+    /// L with covariance L Lᵀ, transposed.
+    pub spread: DMatrix<f64>,
+}
+
+/// What the last campaign left of runs like this one.
+pub(super) fn of_last<'s>(scene: &'s Scene, case: &Case, condition: &str) -> Option<&'s Residue> {
+    let alike = |residue: &&Residue| {
+        let [x, y, heading] = residue.start;
+        residue.condition == condition
+            && residue.at.is_empty() != case.replayed
+            && near(Pose2::new(x, y, heading), case.run.start.unwrap_or_default())
+    };
+    scene.robot.residues.iter().find(alike)
+}
+
+/// What errors of the motion do to a run's readings, and errors of the survey: each as large as is plausible of it where the
+/// motion is wrong by `WIDE`.
+pub(super) fn columns(study: &Study<'_>, case: &Case, way: &Way) -> DMatrix<f64> {
+    // Of what is plausible: small against what turns a way.
+    const SMALL: f64 = 0.1;
+    let motion = doubt::columns(&study.surrogate, case, way);
+    let path = compose(way.start, &way.steps);
+    let read = |at: &[(Axis, f64)]| {
+        let survey = study.surrogate.survey_of(study.model.scene(), at, &study.variants);
+        flatten(case, &study.surrogate.readings(case, way, &path, &survey))
+    };
+    let here = read(&[]);
+    let surveyed = study.variants.iter().enumerate().filter(|(_, it)| it.is_cause() && it.effect.is_survey());
+    let surveyed = surveyed.flat_map(|(variant, it)| {
+        it.coordinates.iter().enumerate().map(move |(coordinate, along)| (Axis { variant, coordinate }, along.std_dev))
+    });
+    let mut all: Vec<DVector<f64>> = motion.column_iter().map(|column| column.into_owned()).collect();
+    all.extend(surveyed.map(|(axis, std_dev)| (read(&[(axis, SMALL * std_dev)]) - &here) / (SMALL * WIDE)));
+    DMatrix::from_columns(&all)
+}
+
+impl Memory {
+    /// What the last campaign left says of runs like `case`, which stands for a cluster.
+    pub fn of(study: &Study<'_>, residue: &Residue, case: &Case, way: &Way) -> Memory {
+        let (scene, surrogate) = (study.model.scene(), &study.surrogate);
+        let heading = (!residue.heading.is_empty()).then_some(0.0);
+        let reading = |stamp: Option<f64>| Reading { stamp, x: 0.0, y: 0.0, heading };
+        // As the runs of then were read, but on the way of now.
+        let stamp = |at: f64| way.began + at;
+        let read = Case {
+            readings: if residue.at.is_empty() {
+                vec![reading(None)]
+            } else {
+                residue.at.iter().map(|&at| reading(Some(stamp(at)))).collect()
+            },
+            frame_stamp: residue.frame_at.map(stamp),
+            ..case.clone()
+        };
+        let path = compose(way.start, &way.steps);
+        let predicted = surrogate.readings(&read, way, &path, &scene.survey);
+        let later = crate::scene::Survey { time_offset: scene.survey.time_offset + 0.01, ..scene.survey };
+        let clock =
+            (flatten(&read, &surrogate.readings(&read, way, &path, &later)) - flatten(&read, &predicted)) / 0.01;
+        let factor = Shapes::new(&read, way, &path, &predicted, clock).factor(&residue.noise);
+        let mut columns = columns(study, &read, way);
+        doubt::whiten(&factor, &mut columns);
+        let left: Vec<Pose2> = (0..residue.x.len())
+            .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
+            .collect();
+        let left = doubt::whitened(&factor, &flatten(&read, &left));
+        Memory { information: columns.tr_mul(&columns) * residue.runs, found: columns.tr_mul(&left) * residue.runs }
+    }
+
+    /// The model's error, where it may be wrong by `share` at least.
+    pub fn expected(&self, share: f64) -> Expected {
+        let kinds = self.found.len();
+        let precision = DMatrix::identity(kinds, kinds) * share.max(WIDE).powi(-2) + &self.information;
+        let factor = Cholesky::new(precision).expect("a precision with a floor is positive");
+        let mut spread = DMatrix::identity(kinds, kinds);
+        factor.l_dirty().solve_lower_triangular_mut(&mut spread);
+        Expected { mean: factor.solve(&self.found), spread }
+    }
+}
+
+/// What the runs of a study leave of the model at `at`, one a cluster that repeats a protocol. All causes are simulated at
+/// once, where the stand-in adds up what each does alone.
+pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Residue>, ForwardError> {
+    let problem = study.problem(study.counts.clone());
+    let mut extended = Cause::edit_all(&surrogate::causes(&study.variants, at), study.model.scene());
+    extended.empirical.extend(surrogate::terms(&study.variants, at));
+    let of = |(index, cluster): (usize, &Cluster)| {
+        let case = &study.cases[cluster.reference];
+        let runs: f64 = cluster.runs.iter().map(|&run| study.counts[run]).sum();
+        let whole = case.readings.iter().all(|reading| reading.stamp.is_some() == case.replayed)
+            && case.readings.iter().all(|reading| reading.heading.is_some() == case.readings[0].heading.is_some());
+        if runs == 0.0 || case.run.protocol == Protocol::Path || !whole {
+            return Ok(None);
+        }
+        let way = &study.surrogate.ways[cluster.reference];
+        let trace = study.model.trace(&extended, &case.run, &case.counted)?;
+        let path = compose(way.start, &Way::of(&trace, way.steps.len(), case.replayed, 0.0).steps);
+        let together = flatten(case, &study.surrogate.readings(case, way, &path, &extended.survey))
+            - problem.predict(index, cluster.reference, at);
+        let left = study.active(index).fold(DVector::zeros(study.observed[cluster.reference].len()), |sum, run| {
+            sum + (&study.observed[run] - problem.predict(index, run, at) - &together) * (study.counts[run] / runs)
+        });
+        let parts = if case.readings[0].heading.is_some() { 3 } else { 2 };
+        // To a micrometre and a microradian.
+        let part =
+            |part: usize| left.iter().skip(part).step_by(parts).map(|value| rounded(*value)).collect::<Vec<f64>>();
+        let start = case.run.start.unwrap_or_default();
+        let began = way.began;
+        Ok(Some(Residue {
+            condition: study.conditions[cluster.condition].label(),
+            start: [start.x, start.y, start.heading],
+            runs,
+            frame_at: case.frame_stamp.map(|stamp| rounded(stamp - began)),
+            at: case.readings.iter().filter_map(|reading| reading.stamp).map(|stamp| rounded(stamp - began)).collect(),
+            x: part(0),
+            y: part(1),
+            heading: if parts == 3 { part(2) } else { Vec::new() },
+            noise: study.noise,
+        }))
+    };
+    let all: Vec<Option<Residue>> =
+        study.clusters.par_iter().enumerate().map(of).collect::<Result<_, ForwardError>>()?;
+    Ok(all.into_iter().flatten().collect())
+}
+
+fn rounded(value: f64) -> f64 {
+    (value * 1e6).round() / 1e6
+}
