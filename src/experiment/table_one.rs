@@ -4,8 +4,8 @@
 //! The table's six distances (r_cg clockwise and counter-clockwise before, after UMBmark, after the paper's method) are
 //! measured data. Every candidate is a robot with unequal tyres, another mean diameter and another effective track, all
 //! three free, and none or one cause of the catalogue on top; beside the best of those, each other one as a second. Each is
-//! fitted by Gauss–Newton through the whole experiment: drive, calibrate, drive again. A candidate begins where the one
-//! with a cause less ended, so that it cannot end worse.
+//! fitted by Gauss–Newton through the whole experiment: drive, calibrate, drive again. A candidate begins beside where the
+//! one with a cause less ended, and so ends no worse but for what a last step leaves.
 
 use crate::calibrate::{CalibrateError, Method, Training};
 use crate::dataset::{Dataset, Protocol, Rotation, Travel};
@@ -173,7 +173,6 @@ fn fit(base: &Scene, on_top: Vec<Cause>, known: &[f64], stop: &AtomicBool) -> Op
     let mut causes: Vec<Cause> =
         ALWAYS.iter().map(|id| Effect::named(id).expect("it is in the catalogue").nothing()).collect();
     causes.extend(on_top);
-    let last = causes.len() - 1;
     let mut free = Vec::new();
     for (index, cause) in causes.iter_mut().enumerate() {
         for (parameter, entry) in cause.effect.parameters.iter().enumerate() {
@@ -209,7 +208,7 @@ fn fit(base: &Scene, on_top: Vec<Cause>, known: &[f64], stop: &AtomicBool) -> Op
             free.iter().enumerate().map(|(k, free)| match known.get(k) {
                 Some(&value) => value,
                 // One-sided: a little or more of it.
-                None if free.cause == last && free.bounds[0] >= 0.0 => free.mean + free.std_dev * (0.5 + 0.3 * start),
+                None if free.bounds[0] >= 0.0 => free.mean + free.std_dev * (0.5 + 0.3 * start),
                 None => free.mean + free.std_dev * start,
             }),
         );
