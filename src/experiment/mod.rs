@@ -13,7 +13,7 @@ mod table_one;
 
 pub use challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind};
 pub use predict::predict;
-pub use score::{Score, ScoreError, Scored, Tally, planned, score};
+pub use score::{Interval, Score, ScoreError, Scored, Tally, planned, score};
 pub use simulator::Simulator;
 pub use squares::{Experiment, ExperimentError, MethodResult, Plan, squares};
 pub use stage::{SideResult, Stage, StageRun, Watch, campaign};

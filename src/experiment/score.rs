@@ -28,8 +28,8 @@ pub struct Scored {
     pub answer: String,
     /// How it counts.
     pub tally: Tally,
-    /// Parameters of true effects, found alone: whether their 95 % intervals hold the truth.
-    pub covered: Vec<bool>,
+    /// Parameters of true effects that were found alone.
+    pub intervals: Vec<Interval>,
     /// Members of the answer's sets.
     pub set_size: Option<usize>,
     /// ln of the probability that an oracle gives the truth, less the diagnosis'.
@@ -40,6 +40,24 @@ pub struct Scored {
     pub gain: Option<[f64; 2]>,
     /// Time that the diagnosis took \[s\].
     pub seconds: f64,
+}
+
+/// A number of a true effect that was found alone.
+#[derive(Debug, Clone, Copy)]
+pub struct Interval {
+    /// The effect.
+    pub effect: &'static str,
+    /// The parameter.
+    pub parameter: &'static str,
+    /// What was found less the truth \[σ\].
+    pub off: f64,
+}
+
+impl Interval {
+    /// Whether the 95 % interval holds the truth.
+    pub fn covers(&self) -> bool {
+        self.off.abs() <= 1.96
+    }
 }
 
 /// How a draw counts.
@@ -209,6 +227,7 @@ fn one(
             extended.empirical.extend(&found.empirical);
             let motion = study.gain()?.map_or(0.0, |gain| gain.motion_error);
             extended.robot.doubt = Doubt { motion, ..found.doubt };
+            extended.robot.residues = found.residues;
             Some((Simulator::new(&extended, stop), found.doubt.response))
         }
     };
@@ -348,7 +367,7 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
             }
         }
     };
-    let mut covered = Vec::new();
+    let mut intervals = Vec::new();
     for cause in &draw.causes {
         let finding = diagnosis.findings.iter().find(|f| f.effect == cause.effect.id && f.choice == cause.choice);
         let Some(finding) = finding.filter(|finding| finding.confounded_with.is_empty()) else { continue };
@@ -358,7 +377,7 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
                 if found.name.contains("heading") {
                     off = crate::geometry::wrap_angle(off);
                 }
-                covered.push(off.abs() <= 1.96 * std_dev);
+                intervals.push(Interval { effect: finding.effect, parameter: found.name, off: off / std_dev });
             }
         }
     }
@@ -399,7 +418,7 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
         oracle_set,
         answer,
         tally,
-        covered,
+        intervals,
         set_size: answers.iter().map(Vec::len).max(),
         regret,
         detectable_ratio,

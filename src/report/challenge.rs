@@ -1,7 +1,7 @@
 //! Scores of hidden-effect challenges as tables and JSON.
 
 use super::text::{Style, table};
-use crate::experiment::{Score, Scored, Tally};
+use crate::experiment::{Interval, Score, Scored, Tally};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -36,7 +36,8 @@ impl Sums {
     fn of(score: &Score) -> Sums {
         // The sum of nothing is −0; adding zero makes it a 0.
         let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64 + 0.0;
-        let covered: Vec<bool> = score.draws.iter().flat_map(|scored| scored.covered.iter().copied()).collect();
+        let covered: Vec<bool> =
+            score.draws.iter().flat_map(|scored| &scored.intervals).map(Interval::covers).collect();
         let ratios: Vec<f64> = score.draws.iter().flat_map(|scored| scored.detectable_ratio.iter().copied()).collect();
         let gains: Vec<[f64; 2]> = score.draws.iter().filter_map(|scored| scored.gain).collect();
         let of_oracle: f64 = gains.iter().map(|gain| gain[1]).sum();
@@ -169,14 +170,17 @@ pub fn text(score: &Score) -> String {
 
 /// One draw in a line.
 pub fn line(scored: &Scored) -> String {
+    let off = scored.intervals.iter().filter(|interval| !interval.covers());
+    let off: Vec<String> = off.map(|it| format!("; {}.{} off by {:+.1} σ", it.effect, it.parameter, it.off)).collect();
     format!(
-        "{:>5} {}: hidden {}; δ {:.1}; oracle {}; answer {}; {:.1} s",
+        "{:>5} {}: hidden {}; δ {:.1}; oracle {}; answer {}{}; {:.1} s",
         scored.seed,
         words(scored.tally),
         if scored.truth.is_empty() { "nothing".to_owned() } else { scored.truth.join(" & ") },
         scored.strength,
         if scored.oracle_set.is_empty() { "–".to_owned() } else { scored.oracle_set.join(", ") },
         scored.answer,
+        off.concat(),
         scored.seconds
     )
 }

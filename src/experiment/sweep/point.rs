@@ -207,8 +207,8 @@ impl Job<'_> {
             Cell::Text(scored.oracle_set.join(", ")),
             Cell::Text(scored.answer.clone()),
             Cell::Text(snake_case(&scored.tally)),
-            count(scored.covered.len()),
-            count(scored.covered.iter().filter(|covered| **covered).count()),
+            count(scored.intervals.len()),
+            count(scored.intervals.iter().filter(|interval| interval.covers()).count()),
             scored.set_size.map_or(Cell::Absent, count),
             scored.regret.map_or(Cell::Absent, Cell::number),
         ];
