@@ -61,8 +61,10 @@ fn calibrated(doubt: Doubt) -> [f64; 3] {
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
+/// Times that they are, where a round moves them.
+const REFINED: usize = 4;
 /// Distance from what was simulated beyond which an answer is simulated where it is \[σ\].
-const NEAR: f64 = 0.5;
+const NEAR: f64 = 0.15;
 const NEAR_FOR_SPOTS: f64 = 0.1;
 /// Spots on the floor that are looked into at first.
 const LEADING_SPOTS: usize = 3;
@@ -406,7 +408,7 @@ impl<'m> Study<'m> {
         for (round, distances) in spots::ROUNDS.into_iter().enumerate() {
             let before = ranking.best().log_posterior;
             let closer = self.close_in(&ranking, distances)?;
-            let refined = (closer || round < 2) && self.refine(&ranking)?;
+            let refined = (closer || round < REFINED) && self.refine(&ranking)?;
             if !closer && !refined {
                 break;
             }
@@ -546,12 +548,14 @@ impl<'m> Study<'m> {
         next::next(self, (&name(best), &causes(best)), (&name(rival), &causes(rival)))
     }
 
-    /// Simulates the leading answers where they are best; whether anything was simulated.
+    /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
     fn refine(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
         let best = ranking.best().log_posterior;
         let leading = ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
         let at: Vec<_> = leading.flat_map(|h| h.fit.at.iter().copied()).collect();
-        self.refine_at(&at)
+        let refined = self.refine_at(&at)?;
+        let (surrogate, bench) = self.bench();
+        Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
     }
 
     /// Simulates axes where they are, each once; whether any was far from what is known.

@@ -2,7 +2,8 @@
 //!
 //! The way of a run is a chain of small body-frame steps. A cause changes each step by a polynomial in its coordinate
 //! through simulations at a few values (exact there); steps are composed again, so that a heading that was changed early
-//! carries what comes later without any linearisation. Survey effects are applied to the composed way as they are.
+//! carries what comes later without any linearisation. What two causes do together beyond what each does alone is a product
+//! of their sizes, once simulated. Survey effects are applied to the composed way as they are.
 
 use super::case::{Case, Cluster, Condition};
 use super::forward::{ForwardError, ForwardModel};
@@ -56,6 +57,23 @@ pub(super) struct Way {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Responses {
     pub of_axis: BTreeMap<Axis, Response>,
+    /// By variants, the lesser first.
+    of_pair: BTreeMap<[usize; 2], Interplay>,
+}
+
+/// What two variants do together beyond what each does alone.
+#[derive(Debug, Clone)]
+struct Interplay {
+    /// Coordinates of both where it was simulated.
+    at: [Vec<f64>; 2],
+    change: Vec<Step>,
+}
+
+/// How much of what `variant` is at `reference` it is at `at`: along that direction.
+fn share_of(at: &Coordinates, variant: usize, reference: &[f64]) -> f64 {
+    let along = at.iter().filter(|(axis, _)| axis.variant == variant);
+    let along: f64 = along.map(|(axis, value)| value * reference[axis.coordinate]).sum();
+    along / reference.iter().map(|value| value * value).sum::<f64>()
 }
 
 /// A coordinate, and what the simulator says that it changes.
@@ -169,6 +187,16 @@ impl Responses {
                 response.add(if hourly { value * way.hours } else { *value }, steps);
             }
         }
+        for ([one, other], interplay) in &self.of_pair {
+            let share = share_of(at, *one, &interplay.at[0]) * share_of(at, *other, &interplay.at[1]);
+            if share != 0.0 {
+                for (step, change) in steps.iter_mut().zip(&interplay.change) {
+                    for c in 0..3 {
+                        step[c] += share * change[c];
+                    }
+                }
+            }
+        }
     }
 }
 
@@ -270,7 +298,7 @@ impl Surrogate {
             .map(|&(cluster, axis)| {
                 let coordinate = variants[axis.variant].coordinates[axis.coordinate];
                 let nodes = nodes(&variants[axis.variant], coordinate).into_iter().map(|at| {
-                    let change = surrogate.simulated_change(bench, &clusters[cluster], axis, at);
+                    let change = surrogate.simulated_change(bench, &clusters[cluster], &[(axis, at)]);
                     tick();
                     change.map(|change| (at, change))
                 });
@@ -327,6 +355,11 @@ impl Surrogate {
             let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
             // What a term was taken to do before it was simulated is no simulation.
             let mut simulated = if variant.term.is_some() { Vec::new() } else { response.simulated.clone() };
+            if !is_spot {
+                // A polynomial through neighbours that were simulated on other ways would swing between them.
+                let apart = CLOSE * variant.coordinates[axis.coordinate].std_dev;
+                simulated.retain(|(node, _)| (node - at).abs() > apart);
+            }
             simulated.extend(added);
             *response = Response { carried: response.carried, ..Response::of(variant, simulated) };
         }
@@ -344,7 +377,7 @@ impl Surrogate {
         let one = |&cluster: &usize| {
             let simulated = values
                 .par_iter()
-                .map(|&value| Ok((value, self.simulated_change(bench, &bench.clusters[cluster], axis, value)?)))
+                .map(|&value| Ok((value, self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)])?)))
                 .collect::<Result<_, ForwardError>>()?;
             Ok((cluster, simulated))
         };
@@ -356,21 +389,75 @@ impl Surrogate {
         self.responses.iter().any(|responses| responses.of_axis.get(&axis).is_some_and(|it| it.carried))
     }
 
-    /// What the simulator says that one value of one axis changes in the steps of a cluster's reference run.
+    /// Simulates what pairs of causes of one answer do together, where that is not known nearby; whether anything was.
+    pub fn couple(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
+        let mut causes: BTreeMap<usize, Vec<(Axis, f64)>> = BTreeMap::new();
+        for &(axis, value) in at {
+            let variant = &bench.variants[axis.variant];
+            let simulated = variant.is_cause() && !variant.effect.is_survey();
+            if simulated && !variant.coordinates[axis.coordinate].hourly {
+                causes.entry(axis.variant).or_default().push((axis, value));
+            }
+        }
+        let is_something = |(axis, value): &(Axis, f64)| {
+            value.abs() > SAME * bench.variants[axis.variant].coordinates[axis.coordinate].std_dev
+        };
+        causes.retain(|_, at| at.iter().any(is_something));
+        let mut wanted: Vec<(usize, [usize; 2])> = Vec::new();
+        for (index, responses) in self.responses.iter().enumerate() {
+            let concerned: Vec<usize> = causes
+                .iter()
+                .filter(|(_, at)| at.iter().any(|(axis, _)| responses.of_axis.contains_key(axis)))
+                .map(|(&variant, _)| variant)
+                .collect();
+            for (position, &one) in concerned.iter().enumerate() {
+                for &other in &concerned[position + 1..] {
+                    let is_near = |known: &Interplay| {
+                        let share = share_of(at, one, &known.at[0]) * share_of(at, other, &known.at[1]);
+                        (share - 1.0).abs() < NEAR_BY
+                    };
+                    if !responses.of_pair.get(&[one, other]).is_some_and(is_near) {
+                        wanted.push((index, [one, other]));
+                    }
+                }
+            }
+        }
+        let together = |&(cluster, pair): &(usize, [usize; 2])| {
+            let both: Vec<(Axis, f64)> = pair.iter().flat_map(|variant| causes[variant].iter().copied()).collect();
+            let mut change = self.simulated_change(bench, &bench.clusters[cluster], &both)?;
+            for (axis, value) in &both {
+                if let Some(response) = self.responses[cluster].of_axis.get(axis) {
+                    let mut alone = vec![[0.0; 3]; change.len()];
+                    response.add(*value, &mut alone);
+                    for (step, alone) in change.iter_mut().zip(&alone) {
+                        *step = each(|c| step[c] - alone[c]);
+                    }
+                }
+            }
+            let at = pair.map(|variant| causes[&variant].iter().map(|(_, value)| *value).collect());
+            Ok((cluster, pair, Interplay { at, change }))
+        };
+        let simulated: Vec<_> = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
+        for (cluster, pair, interplay) in simulated {
+            self.responses[cluster].of_pair.insert(pair, interplay);
+        }
+        Ok(!wanted.is_empty())
+    }
+
+    /// What the simulator says that a hypothesis changes in the steps of a cluster's reference run.
     fn simulated_change(
         &self,
         bench: Bench<'_>,
         cluster: &Cluster,
-        axis: Axis,
-        value: f64,
+        at: &Coordinates,
     ) -> Result<Vec<Step>, ForwardError> {
         let Bench { model, cases, variants, .. } = bench;
         let case = &cases[cluster.reference];
         let way = &self.ways[cluster.reference];
-        let mut scene = crate::effect::Cause::edit_all(&causes(variants, &[(axis, value)]), model.scene());
-        scene.empirical.extend(terms(variants, &[(axis, value)]));
+        let mut scene = crate::effect::Cause::edit_all(&causes(variants, at), model.scene());
+        scene.empirical.extend(terms(variants, at));
         let mut run = case.run.clone();
-        if variants[axis.variant].coordinates[axis.coordinate].hourly {
+        if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
             // Stated an hour: what it does after one.
             run.started = Some(run.started.unwrap_or(0.0) + 3600.0);
         }
@@ -561,7 +648,7 @@ impl Entry {
             };
             (*axis, Response { carried: true, ..along })
         });
-        Responses { of_axis: of_axis.collect() }
+        Responses { of_axis: of_axis.collect(), of_pair: BTreeMap::new() }
     }
 }
 
@@ -577,6 +664,10 @@ fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
     }
 }
 
+/// Products of two causes' sizes that are nearer than this to what was simulated need no other, relative.
+const NEAR_BY: f64 = 0.15;
+/// Nodes of a polynomial that are nearer than this to a new one make room for it \[σ\].
+const CLOSE: f64 = 0.5;
 /// Values nearer than this to one another need not both be simulated \[σ\].
 const SAME: f64 = 0.1;
 /// Values at which a leading spot is simulated besides, in σ about its mean.
