@@ -8,6 +8,7 @@ use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
 use crate::geometry::Pose2;
 use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue};
+use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 /// What a diagnosis says.
@@ -365,13 +366,38 @@ fn share_of_causes(study: &Study<'_>, best: &Hypothesis) -> f64 {
     (before - problem.fit(&axes, &causes).chi2) / (before - best.fit.chi2)
 }
 
+/// Coordinates of one variant in an answer, and their covariance.
+fn own(answer: &Hypothesis, variant: usize) -> (Vec<f64>, DMatrix<f64>) {
+    let fit = &answer.fit;
+    let own: Vec<usize> = (0..fit.at.len()).filter(|&k| fit.at[k].0.variant == variant).collect();
+    let covariance = DMatrix::from_fn(own.len(), own.len(), |i, j| fit.covariance[(own[i], own[j])]);
+    (own.iter().map(|&k| fit.at[k].1).collect(), covariance)
+}
+
+/// Second moments of a variant's coordinates about those of the best answer, over all answers that hold it by their
+/// probability: what else may be at work, or a spot may lie elsewhere, is part of what is not known of a size [Hoeting et al.,
+/// *Statist. Sci.* 14 (1999) 382–417].
+fn spread(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize) -> DMatrix<f64> {
+    let variants = &study.variants;
+    let (at, covariance) = own(best, index);
+    let is_it = |other: usize| other == index || variants[other].place().is_some() && variants[index].place().is_some();
+    let (mut sum, mut total) = (DMatrix::zeros(at.len(), at.len()), 0.0);
+    for answer in &ranking.hypotheses {
+        let Some(&it) = answer.set.iter().find(|&&other| variants[other].is_cause() && is_it(other)) else { continue };
+        let weight = (answer.log_posterior - best.log_posterior).exp();
+        let (there, of_answer) = own(answer, it);
+        let off = DVector::from_iterator(at.len(), there.iter().zip(&at).map(|(there, here)| there - here));
+        sum += (of_answer + &off * off.transpose()) * weight;
+        total += weight;
+    }
+    if total > 0.0 { sum / total } else { covariance }
+}
+
 fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize, total: f64) -> Finding {
     let variants = &study.variants;
     let variant = &variants[index];
-    let own: Vec<usize> = (0..best.fit.at.len()).filter(|&k| best.fit.at[k].0.variant == index).collect();
-    let at: Vec<f64> = own.iter().map(|&k| best.fit.at[k].1).collect();
-    let covariance = nalgebra::DMatrix::from_fn(own.len(), own.len(), |i, j| best.fit.covariance[(own[i], own[j])]);
-    let std_devs = variant.std_devs(&at, &covariance);
+    let (at, _) = own(best, index);
+    let std_devs = variant.std_devs(&at, &spread(study, ranking, best, index));
     let cause = variant.cause(&at);
     let parameters = variant
         .effect
