@@ -75,8 +75,8 @@ impl Memory {
         let (scene, surrogate) = (study.model.scene(), &study.surrogate);
         let heading = (!residue.heading.is_empty()).then_some(0.0);
         let reading = |stamp: Option<f64>| Reading { stamp, x: 0.0, y: 0.0, heading };
-        // As the runs of then were read, but on the way of now.
-        let stamp = |at: f64| way.began + at;
+        // As the runs of then were read, but on the way of now: a robot that stops longer is where it is later.
+        let stamp = |at: f64| scene.survey.stamp(way.time_of_share(at));
         let read = Case {
             readings: if residue.at.is_empty() {
                 vec![reading(None)]
@@ -139,13 +139,13 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
         let part =
             |part: usize| left.iter().skip(part).step_by(parts).map(|value| rounded(*value)).collect::<Vec<f64>>();
         let start = case.run.start.unwrap_or_default();
-        let began = way.began;
+        let share = |stamp: f64| rounded(way.share_at(extended.survey.time_of(stamp)));
         Ok(Some(Residue {
             condition: study.conditions[cluster.condition].label(),
             start: [start.x, start.y, start.heading],
             runs,
-            frame_at: case.frame_stamp.map(|stamp| rounded(stamp - began)),
-            at: case.readings.iter().filter_map(|reading| reading.stamp).map(|stamp| rounded(stamp - began)).collect(),
+            frame_at: case.frame_stamp.map(share),
+            at: case.readings.iter().filter_map(|reading| reading.stamp).map(share).collect(),
             x: part(0),
             y: part(1),
             heading: if parts == 3 { part(2) } else { Vec::new() },

@@ -812,7 +812,7 @@ impl Way {
     }
 
     /// Progress at the end of each step, 1 at the end of the way.
-    fn progress(&self) -> Vec<f64> {
+    pub fn progress(&self) -> Vec<f64> {
         let mut sum = 0.0;
         let mut progress: Vec<f64> = self
             .steps
@@ -824,6 +824,25 @@ impl Way {
             .collect();
         progress.iter_mut().for_each(|p| *p /= sum.max(1e-9));
         progress
+    }
+
+    /// Share of the way that is behind the robot at `time` of the encoders' clock \[s\].
+    pub fn share_at(&self, time: f64) -> f64 {
+        let progress = self.progress();
+        let place = ((time - self.began) / self.lasts).clamp(0.0, 1.0) * progress.len() as f64;
+        let step = (place as usize).min(progress.len() - 1);
+        let before = if step == 0 { 0.0 } else { progress[step - 1] };
+        before + (place - step as f64) * (progress[step] - before)
+    }
+
+    /// When so much of the way was first behind the robot, by the encoders' clock \[s\].
+    pub fn time_of_share(&self, share: f64) -> f64 {
+        let progress = self.progress();
+        let step = progress.partition_point(|&behind| behind < share).min(progress.len() - 1);
+        let before = if step == 0 { 0.0 } else { progress[step - 1] };
+        let gone = progress[step] - before;
+        let part = if gone > 0.0 { ((share - before) / gone).clamp(0.0, 1.0) } else { 0.0 };
+        self.began + self.lasts * (step as f64 + part) / progress.len() as f64
     }
 
     /// What a term of the body's twist adds to each step, for a coefficient of 1.

@@ -14,11 +14,10 @@ pub struct Residue {
     pub start: [f64; 3],
     /// How many runs it is the mean of.
     pub runs: f64,
-    /// When the pose was read whose frame the readings are stated in, by the survey's clock after the encoder log began
-    /// \[s\]; absent: the start of the run.
+    /// Share of the way after which the pose was read whose frame the readings are stated in; absent: the start of the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub frame_at: Option<f64>,
-    /// When readings were taken, the same way \[s\]; empty: one, at the end of the run.
+    /// Shares of the way after which readings were taken; empty: one, at the end of the run.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub at: Vec<f64>,
     /// x of the readings less the model's \[m\].
