@@ -128,7 +128,9 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
         }
         let way = &study.surrogate.ways[cluster.reference];
         let trace = study.model.trace(&extended, &case.run, &case.counted)?;
-        let path = compose(way.start, &Way::of(&trace, way.steps.len(), case.replayed, 0.0).steps);
+        // The way by which the next diagnosis, whose model this is, tells places.
+        let extended_way = Way { steps: Way::of(&trace, way.steps.len(), case.replayed, 0.0).steps, ..way.clone() };
+        let path = compose(way.start, &extended_way.steps);
         let together = flatten(case, &study.surrogate.readings(case, way, &path, &extended.survey))
             - problem.predict(index, cluster.reference, at);
         let left = study.active(index).fold(DVector::zeros(study.observed[cluster.reference].len()), |sum, run| {
@@ -139,7 +141,7 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
         let part =
             |part: usize| left.iter().skip(part).step_by(parts).map(|value| rounded(*value)).collect::<Vec<f64>>();
         let start = case.run.start.unwrap_or_default();
-        let share = |stamp: f64| rounded(way.share_at(extended.survey.time_of(stamp)));
+        let share = |stamp: f64| rounded(extended_way.share_at(extended.survey.time_of(stamp)));
         Ok(Some(Residue {
             condition: study.conditions[cluster.condition].label(),
             start: [start.x, start.y, start.heading],
