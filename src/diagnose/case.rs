@@ -44,6 +44,18 @@ pub(super) struct Cluster {
     pub condition: usize,
 }
 
+impl Cluster {
+    /// Its runs that count; `counts` says how often each run does.
+    pub fn active<'a>(&'a self, counts: &'a [f64]) -> impl Iterator<Item = usize> + 'a {
+        self.runs.iter().copied().filter(|&run| counts[run] > 0.0)
+    }
+
+    /// How many runs it has that count.
+    pub fn count(&self, counts: &[f64]) -> f64 {
+        self.runs.iter().map(|&run| counts[run]).sum()
+    }
+}
+
 /// What was driven: runs of one condition share what a model gets wrong.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Condition {

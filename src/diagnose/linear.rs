@@ -8,10 +8,10 @@
 use super::case::{Case, Cluster};
 use super::doubt::{self, MotionError};
 use super::noise::Shapes;
-use super::surrogate::{Coordinates, Step, Surrogate, compose};
+use super::surrogate::{Coordinates, Step, Surrogate, Way, compose};
 use super::variant::{Axis, Variant};
 use crate::geometry::Pose2;
-use crate::scene::Scene;
+use crate::scene::{Scene, Survey};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::f64::consts::LN_2;
 
@@ -104,13 +104,7 @@ impl Problem<'_> {
         self.predict_with(cluster, run, at, &survey)
     }
 
-    fn predict_with(
-        &self,
-        cluster: usize,
-        run: usize,
-        at: &Coordinates,
-        survey: &crate::scene::Survey,
-    ) -> DVector<f64> {
+    fn predict_with(&self, cluster: usize, run: usize, at: &Coordinates, survey: &Survey) -> DVector<f64> {
         let path = self.surrogate.path(cluster, run, at, self.variants);
         let case = &self.cases[run];
         flatten(case, &self.surrogate.readings(case, &self.surrogate.ways[run], &path, survey))
@@ -160,7 +154,7 @@ impl Problem<'_> {
             }
             factor.solve_lower_triangular_mut(&mut jacobian);
             columns.push(jacobian);
-            for run in self.active(index) {
+            for run in self.clusters[index].active(&self.counts) {
                 let mut residual = &self.observed[run] - self.predict_with(index, run, at, &survey);
                 factor.solve_lower_triangular_mut(&mut residual);
                 residuals[run] = residual;
@@ -189,23 +183,13 @@ impl Problem<'_> {
         linear.of_means[cluster].as_ref().or(self.of_means[cluster].as_ref())
     }
 
-    /// The runs of a cluster that count.
-    fn active(&self, cluster: usize) -> impl Iterator<Item = usize> {
-        self.clusters[cluster].runs.iter().copied().filter(|&run| self.counts[run] > 0.0)
-    }
-
-    /// How many runs of a cluster count.
-    fn count_of(&self, cluster: usize) -> f64 {
-        self.clusters[cluster].runs.iter().map(|&run| self.counts[run]).sum()
-    }
-
     /// Factor of what the mean of a cluster's runs errs by, where runs are whitened by `further` as well.
     fn of_mean(&self, cluster: usize, further: Option<&Cholesky<f64, Dyn>>) -> Option<Cholesky<f64, Dyn>> {
         let mut columns = self.doubts[cluster].clone()?;
         if let Some(further) = further {
             doubt::whiten(further, &mut columns);
         }
-        doubt::factor(&columns, self.count_of(cluster))
+        doubt::factor(&columns, self.clusters[cluster].count(&self.counts))
     }
 
     /// Change of the reference run's readings when it is driven an hour later.
@@ -215,7 +199,7 @@ impl Problem<'_> {
         run: usize,
         at: &Coordinates,
         moved: &Coordinates,
-        survey: &crate::scene::Survey,
+        survey: &Survey,
     ) -> DVector<f64> {
         let case = &self.cases[run];
         let mut way = self.surrogate.ways[run].clone();
@@ -326,7 +310,7 @@ impl Problem<'_> {
         let p = linear.axes.len();
         let (mut a, mut b, mut c) = (DMatrix::zeros(p, p), DVector::zeros(p), 0.0);
         for (index, columns) in linear.columns.iter().enumerate() {
-            let n = self.count_of(index);
+            let n = self.clusters[index].count(&self.counts);
             if n == 0.0 {
                 continue;
             }
@@ -345,7 +329,7 @@ impl Problem<'_> {
                 }
                 c += n * residual.norm_squared();
             }
-            for run in self.active(index) {
+            for run in self.clusters[index].active(&self.counts) {
                 let count = self.counts[run];
                 let weights: Vec<f64> = linear
                     .axes
@@ -370,15 +354,16 @@ impl Problem<'_> {
     /// Σ of squared whitened differences of a cluster's runs from their mean.
     fn strays(&self, linear: &Linearised, cluster: usize) -> f64 {
         let mean = self.mean(linear, cluster).residual;
-        self.active(cluster).map(|run| self.counts[run] * (&linear.residuals[run] - &mean).norm_squared()).sum()
+        let active = self.clusters[cluster].active(&self.counts);
+        active.map(|run| self.counts[run] * (&linear.residuals[run] - &mean).norm_squared()).sum()
     }
 
     /// Means over the active runs of a cluster.
     fn mean(&self, linear: &Linearised, cluster: usize) -> Mean {
-        let n = self.count_of(cluster);
+        let n = self.clusters[cluster].count(&self.counts);
         let rows = linear.columns[cluster].nrows();
         let mut mean = Mean { weights: DVector::zeros(linear.axes.len()), residual: DVector::zeros(rows) };
-        for run in self.active(cluster) {
+        for run in self.clusters[cluster].active(&self.counts) {
             let share = self.counts[run] / n;
             mean.residual.axpy(share, &linear.residuals[run], 1.0);
             for (weight, &axis) in mean.weights.iter_mut().zip(&linear.axes) {
@@ -473,7 +458,7 @@ impl Problem<'_> {
         for (index, (errors, columns)) in run_errors.iter().zip(&mut linear.columns).enumerate() {
             let Some(errors) = errors else { continue };
             errors.l_dirty().solve_lower_triangular_mut(columns);
-            for run in self.active(index) {
+            for run in self.clusters[index].active(&self.counts) {
                 errors.l_dirty().solve_lower_triangular_mut(&mut linear.residuals[run]);
                 log_det += 2.0 * self.counts[run] * doubt::half_log_det(errors);
             }
@@ -505,7 +490,7 @@ impl Problem<'_> {
                 if let Some(further) = &run_errors[index] {
                     further.l_dirty().solve_lower_triangular_mut(&mut errors);
                 }
-                let n = self.count_of(index);
+                let n = self.clusters[index].count(&self.counts);
                 if n == 0.0 {
                     continue;
                 }
@@ -589,12 +574,17 @@ pub(super) fn shapes(
             let reference = cluster.reference;
             let (case, way) = (&cases[reference], &surrogate.ways[reference]);
             let path = surrogate.path(index, reference, at, variants);
-            let predicted = surrogate.readings(case, way, &path, &survey);
-            // The frame comes with the clock: an offset moves readings, not the frame that they are stated in.
-            let later = crate::scene::Survey { time_offset: survey.time_offset + 0.01, ..survey };
-            let clock =
-                (flatten(case, &surrogate.readings(case, way, &path, &later)) - flatten(case, &predicted)) / 0.01;
-            Shapes::new(case, way, &path, &predicted, clock)
+            shapes_of(surrogate, case, way, &path, &survey)
         })
         .collect()
+}
+
+/// Shapes of the noise of one run's readings, whose way `path` is.
+pub(super) fn shapes_of(surrogate: &Surrogate, case: &Case, way: &Way, path: &[Pose2], survey: &Survey) -> Shapes {
+    const LATER: f64 = 0.01;
+    let predicted = surrogate.readings(case, way, path, survey);
+    // The frame comes with the clock: an offset moves readings, not the frame that they are stated in.
+    let later = Survey { time_offset: survey.time_offset + LATER, ..*survey };
+    let clock = (flatten(case, &surrogate.readings(case, way, path, &later)) - flatten(case, &predicted)) / LATER;
+    Shapes::new(case, way, path, &predicted, clock)
 }

@@ -223,8 +223,7 @@ impl<'m> Study<'m> {
         let clusters: Vec<Cluster> = self
             .clusters
             .iter()
-            .enumerate()
-            .map(|(index, cluster)| Cluster { runs: self.active(index).collect(), ..cluster.clone() })
+            .map(|cluster| Cluster { runs: cluster.active(&self.counts).collect(), ..cluster.clone() })
             .collect();
         let repeats = self.repeats();
         let spreads = {
@@ -245,14 +244,9 @@ impl<'m> Study<'m> {
 
     /// Whether enough runs repeat one another to tell noise by.
     fn repeats(&self) -> bool {
-        let active: Vec<usize> = (0..self.clusters.len()).map(|cluster| self.active(cluster).count()).collect();
+        let active: Vec<usize> = self.clusters.iter().map(|cluster| cluster.active(&self.counts).count()).collect();
         let free: usize = active.iter().map(|runs| runs.saturating_sub(1)).sum();
         free >= 2 && 4 * free >= active.iter().sum::<usize>()
-    }
-
-    /// The runs of a cluster that count.
-    fn active(&self, cluster: usize) -> impl Iterator<Item = usize> {
-        self.clusters[cluster].runs.iter().copied().filter(|&run| self.counts[run] > 0.0)
     }
 
     /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
@@ -306,8 +300,7 @@ impl<'m> Study<'m> {
         let best = ranking.best().log_posterior;
         let log_det = |problem: &Problem<'_>| -> f64 {
             let of = |(cluster, factor): (&Cluster, &nalgebra::Cholesky<f64, nalgebra::Dyn>)| {
-                let count: f64 = cluster.runs.iter().map(|&run| self.counts[run]).sum();
-                count * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>()
+                cluster.count(&self.counts) * doubt::half_log_det(factor)
             };
             self.clusters.iter().zip(&problem.factors).map(of).sum()
         };

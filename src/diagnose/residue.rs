@@ -8,12 +8,10 @@ use super::Study;
 use super::case::{Case, Cluster, Reading, near};
 use super::doubt;
 use super::forward::ForwardError;
-use super::linear::flatten;
-use super::noise::Shapes;
+use super::linear::{self, flatten};
 use super::surrogate::{self, Way, compose};
 use super::variant::Axis;
 use crate::dataset::Protocol;
-use crate::effect::Cause;
 use crate::geometry::Pose2;
 use crate::scene::{Residue, Scene};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -76,22 +74,19 @@ impl Memory {
         let heading = (!residue.heading.is_empty()).then_some(0.0);
         let reading = |stamp: Option<f64>| Reading { stamp, x: 0.0, y: 0.0, heading };
         // As the runs of then were read, but on the way of now: a robot that stops longer is where it is later.
-        let stamp = |at: f64| scene.survey.stamp(way.time_of_share(at));
+        let stamps =
+            |at: &[f64]| way.times_of(at.iter().copied()).into_iter().map(|time| Some(scene.survey.stamp(time)));
         let read = Case {
             readings: if residue.at.is_empty() {
                 vec![reading(None)]
             } else {
-                residue.at.iter().map(|&at| reading(Some(stamp(at)))).collect()
+                stamps(&residue.at).map(reading).collect()
             },
-            frame_stamp: residue.frame_at.map(stamp),
+            frame_stamp: stamps(residue.frame_at.as_slice()).next().flatten(),
             ..case.clone()
         };
         let path = compose(way.start, &way.steps);
-        let predicted = surrogate.readings(&read, way, &path, &scene.survey);
-        let later = crate::scene::Survey { time_offset: scene.survey.time_offset + 0.01, ..scene.survey };
-        let clock =
-            (flatten(&read, &surrogate.readings(&read, way, &path, &later)) - flatten(&read, &predicted)) / 0.01;
-        let factor = Shapes::new(&read, way, &path, &predicted, clock).factor(&residue.noise);
+        let factor = linear::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
         let mut columns = columns(study, &read, way);
         doubt::whiten(&factor, &mut columns);
         let left: Vec<Pose2> = (0..residue.x.len())
@@ -116,11 +111,10 @@ impl Memory {
 /// once, where the stand-in adds up what each does alone.
 pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Residue>, ForwardError> {
     let problem = study.problem(study.counts.clone());
-    let mut extended = Cause::edit_all(&surrogate::causes(&study.variants, at), study.model.scene());
-    extended.empirical.extend(surrogate::terms(&study.variants, at));
+    let extended = surrogate::edited(study.model.scene(), &study.variants, at);
     let of = |(index, cluster): (usize, &Cluster)| {
         let case = &study.cases[cluster.reference];
-        let runs: f64 = cluster.runs.iter().map(|&run| study.counts[run]).sum();
+        let runs = cluster.count(&study.counts);
         let whole = case.readings.iter().all(|reading| reading.stamp.is_some() == case.replayed)
             && case.readings.iter().all(|reading| reading.heading.is_some() == case.readings[0].heading.is_some());
         if runs == 0.0 || case.run.protocol == Protocol::Path || !whole {
@@ -133,7 +127,8 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
         let path = compose(way.start, &extended_way.steps);
         let together = flatten(case, &study.surrogate.readings(case, way, &path, &extended.survey))
             - problem.predict(index, cluster.reference, at);
-        let left = study.active(index).fold(DVector::zeros(study.observed[cluster.reference].len()), |sum, run| {
+        let nothing = DVector::zeros(study.observed[cluster.reference].len());
+        let left = cluster.active(&study.counts).fold(nothing, |sum, run| {
             sum + (&study.observed[run] - problem.predict(index, run, at) - &together) * (study.counts[run] / runs)
         });
         let parts = if case.readings[0].heading.is_some() { 3 } else { 2 };
@@ -141,13 +136,16 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
         let part =
             |part: usize| left.iter().skip(part).step_by(parts).map(|value| rounded(*value)).collect::<Vec<f64>>();
         let start = case.run.start.unwrap_or_default();
-        let share = |stamp: f64| rounded(extended_way.share_at(extended.survey.time_of(stamp)));
+        let shares = |stamps: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
+            let times = stamps.map(|stamp| extended.survey.time_of(stamp));
+            extended_way.shares_at(times).into_iter().map(rounded).collect()
+        };
         Ok(Some(Residue {
             condition: study.conditions[cluster.condition].label(),
             start: [start.x, start.y, start.heading],
             runs,
-            frame_at: case.frame_stamp.map(share),
-            at: case.readings.iter().filter_map(|reading| reading.stamp).map(share).collect(),
+            frame_at: shares(&mut case.frame_stamp.into_iter()).first().copied(),
+            at: shares(&mut case.readings.iter().filter_map(|reading| reading.stamp)),
             x: part(0),
             y: part(1),
             heading: if parts == 3 { part(2) } else { Vec::new() },

@@ -454,8 +454,7 @@ impl Surrogate {
         let Bench { model, cases, variants, .. } = bench;
         let case = &cases[cluster.reference];
         let way = &self.ways[cluster.reference];
-        let mut scene = crate::effect::Cause::edit_all(&causes(variants, at), model.scene());
-        scene.empirical.extend(terms(variants, at));
+        let scene = edited(model.scene(), variants, at);
         let mut run = case.run.clone();
         if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
             // Stated an hour: what it does after one.
@@ -714,6 +713,13 @@ pub(super) fn terms(variants: &[Variant], at: &Coordinates) -> Vec<EmpiricalTerm
     at.iter().filter_map(term).collect()
 }
 
+/// A scene with a hypothesis' causes and terms in it.
+pub(super) fn edited(scene: &Scene, variants: &[Variant], at: &Coordinates) -> Scene {
+    let mut edited = crate::effect::Cause::edit_all(&causes(variants, at), scene);
+    edited.empirical.extend(terms(variants, at));
+    edited
+}
+
 /// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact
 /// while the robot speeds up or slows down steadily.
 fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
@@ -812,7 +818,7 @@ impl Way {
     }
 
     /// Progress at the end of each step, 1 at the end of the way.
-    pub fn progress(&self) -> Vec<f64> {
+    fn progress(&self) -> Vec<f64> {
         let mut sum = 0.0;
         let mut progress: Vec<f64> = self
             .steps
@@ -826,23 +832,29 @@ impl Way {
         progress
     }
 
-    /// Share of the way that is behind the robot at `time` of the encoders' clock \[s\].
-    pub fn share_at(&self, time: f64) -> f64 {
+    /// Shares of the way that are behind the robot at `times` of the encoders' clock \[s\].
+    pub fn shares_at(&self, times: impl Iterator<Item = f64>) -> Vec<f64> {
         let progress = self.progress();
-        let place = ((time - self.began) / self.lasts).clamp(0.0, 1.0) * progress.len() as f64;
-        let step = (place as usize).min(progress.len() - 1);
-        let before = if step == 0 { 0.0 } else { progress[step - 1] };
-        before + (place - step as f64) * (progress[step] - before)
+        let share = |time: f64| {
+            let place = ((time - self.began) / self.lasts).clamp(0.0, 1.0) * progress.len() as f64;
+            let step = (place as usize).min(progress.len() - 1);
+            let before = if step == 0 { 0.0 } else { progress[step - 1] };
+            before + (place - step as f64) * (progress[step] - before)
+        };
+        times.map(share).collect()
     }
 
     /// When so much of the way was first behind the robot, by the encoders' clock \[s\].
-    pub fn time_of_share(&self, share: f64) -> f64 {
+    pub fn times_of(&self, shares: impl Iterator<Item = f64>) -> Vec<f64> {
         let progress = self.progress();
-        let step = progress.partition_point(|&behind| behind < share).min(progress.len() - 1);
-        let before = if step == 0 { 0.0 } else { progress[step - 1] };
-        let gone = progress[step] - before;
-        let part = if gone > 0.0 { ((share - before) / gone).clamp(0.0, 1.0) } else { 0.0 };
-        self.began + self.lasts * (step as f64 + part) / progress.len() as f64
+        let time = |share: f64| {
+            let step = progress.partition_point(|&behind| behind < share).min(progress.len() - 1);
+            let before = if step == 0 { 0.0 } else { progress[step - 1] };
+            let gone = progress[step] - before;
+            let part = if gone > 0.0 { ((share - before) / gone).clamp(0.0, 1.0) } else { 0.0 };
+            self.began + self.lasts * (step as f64 + part) / progress.len() as f64
+        };
+        shares.map(time).collect()
     }
 
     /// What a term of the body's twist adds to each step, for a coefficient of 1.

@@ -336,9 +336,9 @@ fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
 pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
     // Readings of all runs that count, and of one of each kind.
     let (mut all, mut of_means) = (0, 0);
-    for (index, cluster) in study.clusters.iter().enumerate() {
+    for cluster in &study.clusters {
         let readings = study.observed[cluster.reference].len();
-        let runs = study.active(index).count();
+        let runs = cluster.active(&study.counts).count();
         all += runs * readings;
         of_means += runs.min(1) * readings;
     }
@@ -379,7 +379,7 @@ fn own(answer: &Hypothesis, variant: usize) -> (Vec<f64>, DMatrix<f64>) {
 /// *Statist. Sci.* 14 (1999) 382–417].
 fn spread(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize) -> DMatrix<f64> {
     let variants = &study.variants;
-    let (at, covariance) = own(best, index);
+    let (at, _) = own(best, index);
     let is_it = |other: usize| other == index || variants[other].place().is_some() && variants[index].place().is_some();
     let (mut sum, mut total) = (DMatrix::zeros(at.len(), at.len()), 0.0);
     for answer in &ranking.hypotheses {
@@ -390,7 +390,8 @@ fn spread(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize)
         sum += (of_answer + &off * off.transpose()) * weight;
         total += weight;
     }
-    if total > 0.0 { sum / total } else { covariance }
+    // The best answer is one of them.
+    sum / total
 }
 
 fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize, total: f64) -> Finding {
