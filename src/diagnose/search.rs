@@ -127,6 +127,23 @@ impl Ranking {
                 break;
             }
         }
+        // What the best found on its way may serve fewer causes better than where they were begun from.
+        while let Some(best) = known.values().max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior)).cloned() {
+            let fewer: Vec<Hypothesis> = best
+                .set
+                .par_iter()
+                .filter(|&cause| !always.contains(cause))
+                .map(|cause| {
+                    let set: Set = best.set.iter().copied().filter(|other| other != cause).collect();
+                    evaluate(&set, &best.fit.at)
+                })
+                .filter(|fewer| known.get(&fewer.set).is_none_or(|other| fewer.log_posterior > other.log_posterior))
+                .collect();
+            known.extend(fewer.iter().map(|fewer| (fewer.set.clone(), fewer.clone())));
+            if fewer.iter().all(|fewer| fewer.log_posterior <= best.log_posterior) {
+                break;
+            }
+        }
         let mut ranking = Ranking { hypotheses: known.into_values().collect() };
         ranking.sort();
         ranking

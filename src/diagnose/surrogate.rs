@@ -179,8 +179,29 @@ impl Response {
 }
 
 impl Responses {
-    /// Adds the changes under a hypothesis to the steps of `way`.
+    /// Adds the changes under a hypothesis to the steps of `way`, each component by what responses are taken to err by there.
     pub fn add(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
+        let is_error = |axis: &Axis| variants[axis.variant].is_response_error();
+        let mut errors = [0.0; 6];
+        for (axis, value) in at.iter().filter(|(axis, _)| is_error(axis)) {
+            errors[axis.coordinate] = *value;
+        }
+        if errors == [0.0; 6] {
+            return self.add_exact(at, way, variants, steps);
+        }
+        let mut changes = vec![[0.0; 3]; steps.len()];
+        self.add_exact(at, way, variants, &mut changes);
+        for ((step, change), given) in steps.iter_mut().zip(&changes).zip(&way.steps) {
+            let turn = ARM * given[2].abs();
+            let turning = turn / (turn + given[0].hypot(given[1])).max(f64::MIN_POSITIVE);
+            for c in 0..3 {
+                step[c] += change[c] * (1.0 + (1.0 - turning) * errors[c] + turning * errors[3 + c]);
+            }
+        }
+    }
+
+    /// Adds the changes under a hypothesis to the steps of `way` as they were simulated.
+    fn add_exact(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
         for (axis, value) in at {
             if let Some(response) = self.of_axis.get(axis) {
                 let hourly = variants[axis.variant].coordinates[axis.coordinate].hourly;

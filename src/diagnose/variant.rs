@@ -136,6 +136,25 @@ impl Variant {
         Variant { doubted: true, coordinates: vec![coordinate], ..self.clone() }
     }
 
+    /// What responses of a model may err by, and no candidate: forward, sideways and in heading, driving straight and turning,
+    /// relative.
+    pub fn response_error(std_dev: f64) -> Variant {
+        let of_straight = Variant::empirical(TwistPart::Forward, Feature::Speed, std_dev).coordinates[0];
+        Variant {
+            effect: &NO_CAUSE,
+            choice: String::new(),
+            term: None,
+            held: Vec::new(),
+            doubted: true,
+            coordinates: vec![Coordinate { bounds: [-0.95, f64::INFINITY], ..of_straight }; 6],
+        }
+    }
+
+    /// Whether it is that.
+    pub fn is_response_error(&self) -> bool {
+        self.doubted && self.effect.id == NO_CAUSE.id
+    }
+
     /// Whether it is a cause that can be named.
     pub fn is_cause(&self) -> bool {
         self.term.is_none() && !self.doubted

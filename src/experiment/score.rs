@@ -223,8 +223,7 @@ fn one(
     let extended = match &draw.clean_dataset {
         None => None,
         Some(clean) => {
-            let mut study =
-                Study::new(std::slice::from_ref(clean), &[], simulator, Options::default(), Some(library), &|_, _| {})?;
+            let mut study = study_of(clean, simulator, Some(library))?;
             let found = study.diagnose()?;
             let mut extended = Cause::edit_all(&found.causes, base);
             extended.empirical.extend(&found.empirical);
@@ -239,12 +238,7 @@ fn one(
         None => (simulator, Some(library)),
         Some((model, correction)) => (model, (*correction < Options::default().response_error[1]).then_some(library)),
     };
-    let study_of =
-        |known| Study::new(std::slice::from_ref(&draw.dataset), &[], model, Options::default(), known, &|_, _| {});
-    let mut study = study_of(known)?;
-    if known.is_some() && study.strength() > CARRIED {
-        study = study_of(None)?;
-    }
+    let mut study = study_of(&draw.dataset, model, known)?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
     let held_out = study.gain()?;
@@ -272,6 +266,17 @@ fn one(
         });
     }
     Ok(scored)
+}
+
+/// What the command works on: `known` responses serve where the misfit is not so strong that they have to be simulated anew.
+fn study_of<'m>(
+    dataset: &Dataset,
+    model: &'m Simulator<'_>,
+    known: Option<&Library>,
+) -> Result<Study<'m>, DiagnoseError> {
+    let of = |known| Study::new(std::slice::from_ref(dataset), &[], model, Options::default(), known, &|_, _| {});
+    let study = of(known)?;
+    if known.is_some() && study.strength() > CARRIED { of(None) } else { Ok(study) }
 }
 
 /// RMS distance of surveyed ends from the truth's without noise \[m\]: what an oracle leaves.
@@ -357,6 +362,8 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
                     () if size == 1 => Tally::Named,
                     () if size <= oracle_set.len() + 1 => Tally::RightGroup,
                     () if size <= 2 * oracle_set.len() => Tally::Half,
+                    // Below 5 σ only a wrong name counts against an answer.
+                    () if strength < 5.0 => Tally::SilentRightly,
                     () => Tally::Missed,
                 }
             }
