@@ -218,6 +218,11 @@ impl Problem<'_> {
         if self.variants[axis.variant].coordinates[axis.coordinate].hourly { self.cases[run].hours } else { 1.0 }
     }
 
+    /// Components of the steps that a response errs in together: each for itself where the model was moved far.
+    fn components(&self) -> &'static [&'static [usize]] {
+        if self.variants.iter().any(Variant::is_response_error) { &[&[0], &[1], &[2]] } else { &[&[0, 1, 2]] }
+    }
+
     /// Whitened change of a cluster's readings that the response of `at` makes as a whole and in each part of its way:
     /// columns of the response's own error.
     fn response_errors(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
@@ -233,16 +238,18 @@ impl Problem<'_> {
         let count = way.steps.len();
         let mut columns = Vec::with_capacity(PARTS + 1);
         for part in 0..=PARTS {
-            let mut steps = changed.clone();
             let range = if part == PARTS { 0..count } else { part * count / PARTS..(part + 1) * count / PARTS };
-            // A tenth of the response less, scaled back up: linear to a tenth of a per cent of it.
-            for k in range {
-                for c in 0..3 {
-                    steps[k][c] -= 0.1 * (changed[k][c] - way.steps[k][c]);
-                }
-            }
             let error = if part == PARTS { self.response_error[0] } else { self.response_error[1] };
-            columns.push((&here - read(&steps)) * (10.0 * error));
+            // A tenth of the response less, scaled back up: linear to a tenth of a per cent of it.
+            for components in self.components() {
+                let mut steps = changed.clone();
+                for k in range.clone() {
+                    for &c in *components {
+                        steps[k][c] -= 0.1 * (changed[k][c] - way.steps[k][c]);
+                    }
+                }
+                columns.push((&here - read(&steps)) * (10.0 * error));
+            }
         }
         // What a spot does hangs on where exactly it is come upon, run for run and for all of them.
         let on_level_floor = self.on_level_floor(at);
@@ -474,10 +481,11 @@ impl Problem<'_> {
         let precision = DVector::from_iterator(p, prior.iter().map(|prior| prior.std_dev.powi(-2)));
 
         let spots = self.on_level_floor(&at).len() < at.len();
+        let of_responses = (PARTS + 1) * self.components().len();
         let per_condition = match (with_error, spots) {
             (false, _) => 0,
-            (true, false) => PARTS + 1,
-            (true, true) => 2 * PARTS + 1,
+            (true, false) => of_responses,
+            (true, true) => of_responses + PARTS,
         };
         let size = p + per_condition * self.conditions;
         let mut normal = DMatrix::<f64>::identity(size, size);
