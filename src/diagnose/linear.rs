@@ -454,7 +454,7 @@ impl Problem<'_> {
         let mut linear = self.linearise(&at, axes);
         let physical = at.iter().any(|(axis, _)| {
             let variant = &self.variants[axis.variant];
-            !variant.effect.is_survey() && !variant.doubted
+            !variant.effect.is_survey() && !variant.is_doubted()
         });
         let with_error = physical && self.response_error.iter().any(|error| *error > 0.0);
         let chi2: f64 =

@@ -505,8 +505,8 @@ impl<'m> Study<'m> {
 
     /// The terms of the formula that serves best, alone or beside the best known causes, where it is clearly better than they.
     fn formula(&self, known: &search::Ranking) -> Option<Vec<(variant::Axis, f64)>> {
-        let is_term = |axis: variant::Axis| self.variants[axis.variant].term.is_some();
-        let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].term.is_some()).collect();
+        let is_term = |axis: variant::Axis| self.variants[axis.variant].is_term();
+        let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].is_term()).collect();
         let problem = self.problem(self.counts.clone());
         let best = known.best();
         let mut formulas = search::Ranking::search(&problem, &terms, MOST_TERMS);
@@ -569,7 +569,7 @@ impl<'m> Study<'m> {
             let near = share * variant.coordinates[axis.coordinate].std_dev;
             // What is in doubt moves little against what its effect was simulated at.
             let known = variant.effect.is_survey()
-                || variant.doubted
+                || variant.is_doubted()
                 || self.surrogate.nearest_node(axis, value, &self.variants) <= near;
             if !known && !wanted.iter().any(|(other, _)| *other == axis) {
                 wanted.push((axis, value));
@@ -590,7 +590,7 @@ impl<'m> Study<'m> {
 
     /// Where an answer is, without what is in doubt of the model anyway.
     fn answered(&self, answer: &search::Hypothesis) -> Vec<(variant::Axis, f64)> {
-        answer.fit.at.iter().filter(|(axis, _)| !self.variants[axis.variant].doubted).copied().collect()
+        answer.fit.at.iter().filter(|(axis, _)| !self.variants[axis.variant].is_doubted()).copied().collect()
     }
 
     /// What these data could not show.

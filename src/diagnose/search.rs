@@ -51,11 +51,11 @@ const UNKNOWN: f64 = 0.03;
 
 /// ln of the prior of a set: causes are alike likely, and so are the wheels or sides of one.
 pub(super) fn log_prior(variants: &[Variant], set: &Set) -> f64 {
-    let terms: Set = set.iter().copied().filter(|&index| variants[index].term.is_some()).collect();
+    let terms: Set = set.iter().copied().filter(|&index| variants[index].is_term()).collect();
     let causes: Set = set.iter().copied().filter(|&index| variants[index].is_cause()).collect();
     if !terms.is_empty() {
         // Each further term of a formula is as likely as any other.
-        let all = variants.iter().filter(|variant| variant.term.is_some()).count() as f64;
+        let all = variants.iter().filter(|variant| variant.is_term()).count() as f64;
         let of_causes = if causes.is_empty() { 0.0 } else { log_prior(variants, &causes) };
         return of_causes + UNKNOWN.ln() - terms.len() as f64 * all.ln();
     }
@@ -167,7 +167,7 @@ impl Ranking {
 
 /// The axes of what is in doubt of the model.
 pub(super) fn doubted(variants: &[Variant]) -> Vec<(Axis, f64)> {
-    let indices = (0..variants.len()).filter(|&index| variants[index].doubted);
+    let indices = (0..variants.len()).filter(|&index| variants[index].is_doubted());
     indices.map(|variant| (Axis { variant, coordinate: 0 }, 0.0)).collect()
 }
 

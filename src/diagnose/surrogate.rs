@@ -375,7 +375,7 @@ impl Surrogate {
         for (cluster, added) in self.simulate(bench, &concerned, axis, &values)? {
             let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
             // What a term was taken to do before it was simulated is no simulation.
-            let mut simulated = if variant.term.is_some() { Vec::new() } else { response.simulated.clone() };
+            let mut simulated = if variant.is_term() { Vec::new() } else { response.simulated.clone() };
             if !is_spot {
                 // A polynomial through neighbours that were simulated on other ways would swing between them.
                 let apart = CLOSE * variant.coordinates[axis.coordinate].std_dev;
@@ -489,10 +489,10 @@ impl Surrogate {
     /// Adds what terms of the body's twist do: exactly their formula, along the way of each cluster's reference.
     pub fn add_terms(&mut self, clusters: &[Cluster], variants: &[Variant]) {
         for (index, variant) in variants.iter().enumerate() {
-            let Some(term) = &variant.term else { continue };
+            let Some(term) = variant.term() else { continue };
             let axis = Axis { variant: index, coordinate: 0 };
             for (responses, cluster) in self.responses.iter_mut().zip(clusters) {
-                let change = self.ways[cluster.reference].empirical(term);
+                let change = self.ways[cluster.reference].empirical(&term);
                 responses.of_axis.insert(axis, Response::smooth(vec![(1.0, change)]));
             }
         }
@@ -500,7 +500,7 @@ impl Surrogate {
 
     /// Lets what is in doubt of the model do what its effect does.
     pub fn add_doubted(&mut self, variants: &[Variant]) {
-        for (index, variant) in variants.iter().enumerate().filter(|(_, variant)| variant.doubted) {
+        for (index, variant) in variants.iter().enumerate().filter(|(_, variant)| variant.is_doubted()) {
             let alike = |it: &Variant| it.is_cause() && it.effect == variant.effect && it.choice == variant.choice;
             let Some(original) = variants.iter().position(alike) else { continue };
             for responses in &mut self.responses {
@@ -705,7 +705,7 @@ fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
     variants
         .iter()
         .enumerate()
-        .filter(|(_, variant)| !variant.effect.is_survey() && variant.term.is_none())
+        .filter(|(_, variant)| !variant.effect.is_survey() && !variant.is_term())
         // Logged stamps are not late: a replay does not depend on when the controller got its counts.
         .filter(|(_, variant)| !(all_replayed && variant.effect.id == "encoder_latency"))
         .flat_map(|(index, variant)| {
@@ -729,7 +729,7 @@ pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effec
 /// The terms of a formula at a hypothesis' coordinates.
 pub(super) fn terms(variants: &[Variant], at: &Coordinates) -> Vec<EmpiricalTerm> {
     let term = |(axis, value): &(Axis, f64)| {
-        variants[axis.variant].term.map(|term| EmpiricalTerm { coefficient: *value, ..term })
+        variants[axis.variant].term().map(|term| EmpiricalTerm { coefficient: *value, ..term })
     };
     at.iter().filter_map(term).collect()
 }

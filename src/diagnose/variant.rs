@@ -7,18 +7,28 @@ use std::f64::consts::FRAC_1_SQRT_2;
 /// The effect that needs a place.
 const SPOT: &str = "floor_grip_patch";
 
+/// What a variant is to a search.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Role {
+    /// A candidate of the catalogue.
+    Cause,
+    /// A term of the body's twist in place of a cause, for a coefficient of 1.
+    Term(EmpiricalTerm),
+    /// In doubt: what a calibration finds.
+    Calibration,
+    /// In doubt: what causes do.
+    Responses,
+}
+
 /// An effect with its choice made; what is left are coordinates.
 #[derive(Debug, Clone)]
 pub(super) struct Variant {
     pub effect: &'static Effect,
     /// Wheel or side; empty where nothing is to be chosen.
     pub choice: String,
-    /// A term of the body's twist in place of a cause, for a coefficient of 1.
-    pub term: Option<EmpiricalTerm>,
+    pub role: Role,
     /// Parameters that are held: a place on the floor.
     pub held: Vec<(usize, f64)>,
-    /// Not a candidate, but what is in doubt of the model: it always moves a little.
-    pub doubted: bool,
     pub coordinates: Vec<Coordinate>,
 }
 
@@ -96,7 +106,7 @@ impl Variant {
                 Prior::OnPath | Prior::Known(_) => {}
             }
         }
-        Variant { effect, choice, term: None, held, doubted: false, coordinates }
+        Variant { effect, choice, role: Role::Cause, held, coordinates }
     }
 
     /// A spot on the floor at a place in the room \[m\].
@@ -115,9 +125,8 @@ impl Variant {
         Variant {
             effect: &NO_CAUSE,
             choice: String::new(),
-            term: Some(EmpiricalTerm { part, feature, coefficient: 1.0 }),
+            role: Role::Term(EmpiricalTerm { part, feature, coefficient: 1.0 }),
             held: Vec::new(),
-            doubted: false,
             coordinates: vec![Coordinate {
                 neutral: 0.0,
                 mean: 0.0,
@@ -133,7 +142,7 @@ impl Variant {
     /// The same as something that is in doubt by 1 σ, and no candidate.
     pub fn doubted(&self, std_dev: f64) -> Variant {
         let coordinate = Coordinate { mean: 0.0, std_dev, ..self.coordinates[0] };
-        Variant { doubted: true, coordinates: vec![coordinate], ..self.clone() }
+        Variant { role: Role::Calibration, coordinates: vec![coordinate], ..self.clone() }
     }
 
     /// What responses of a model may err by, and no candidate: forward, sideways and in heading, driving straight and turning,
@@ -143,21 +152,35 @@ impl Variant {
         Variant {
             effect: &NO_CAUSE,
             choice: String::new(),
-            term: None,
+            role: Role::Responses,
             held: Vec::new(),
-            doubted: true,
             coordinates: vec![Coordinate { bounds: [-0.95, f64::INFINITY], ..of_straight }; 6],
         }
     }
 
     /// Whether it is that.
     pub fn is_response_error(&self) -> bool {
-        self.doubted && self.effect.id == NO_CAUSE.id
+        self.role == Role::Responses
     }
 
     /// Whether it is a cause that can be named.
     pub fn is_cause(&self) -> bool {
-        self.term.is_none() && !self.doubted
+        self.role == Role::Cause
+    }
+
+    /// The term of the body's twist that it is, for a coefficient of 1.
+    pub fn term(&self) -> Option<EmpiricalTerm> {
+        if let Role::Term(term) = self.role { Some(term) } else { None }
+    }
+
+    /// Whether it is a term of the body's twist.
+    pub fn is_term(&self) -> bool {
+        self.term().is_some()
+    }
+
+    /// Whether it is no candidate, but something in doubt of the model, which moves a little under every answer.
+    pub fn is_doubted(&self) -> bool {
+        matches!(self.role, Role::Calibration | Role::Responses)
     }
 
     /// Whether it is the cause of this name.
@@ -220,7 +243,7 @@ impl Variant {
 
     /// A name for tables: the effect, and the choice.
     pub fn label(&self) -> String {
-        if let Some(term) = &self.term {
+        if let Role::Term(term) = self.role {
             return format!("{} ∝ {}", term.part.symbol(), term.feature.symbol());
         }
         if let Some([x, y]) = self.place() {

@@ -236,7 +236,7 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, F
         .iter()
         .take(40)
         .map(|h| Ranked {
-            effects: h.set.iter().map(|&i| &variants[i]).filter(|it| !it.doubted).map(Variant::label).collect(),
+            effects: h.set.iter().map(|&i| &variants[i]).filter(|it| !it.is_doubted()).map(Variant::label).collect(),
             log_evidence: h.fit.log_evidence,
             probability: probability(h),
         })
