@@ -52,7 +52,7 @@ fn folds(study: &Study<'_>) -> (Vec<Vec<usize>>, String) {
         let mut groups: BTreeMap<String, Vec<usize>> = BTreeMap::new();
         for cluster in &study.clusters {
             let Some(key) = key(&study.conditions[cluster.condition]) else { return Vec::new() };
-            groups.entry(key).or_default().extend(cluster.runs.iter().filter(|&&run| study.counts[run] > 0.0));
+            groups.entry(key).or_default().extend(cluster.active(&study.counts));
         }
         groups.into_values().filter(|runs| !runs.is_empty()).collect()
     };

@@ -535,7 +535,7 @@ impl Problem<'_> {
             };
         };
         let solution = factor.solve(&right);
-        log_det += 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        log_det += 2.0 * doubt::half_log_det(&factor);
         let strays = (0..self.clusters.len()).map(|index| self.strays(&linear, index)).sum();
         let quadratic = c + off.component_mul(&off).dot(&precision) - right.dot(&solution);
         let mut log_evidence =

@@ -4,6 +4,7 @@
 //! restricted maximum likelihood, drawn to what the campaign states (survey) or to what real runs have (scatter).
 
 use super::case::{Case, Cluster};
+use super::doubt;
 use super::surrogate::Way;
 use crate::geometry::Pose2;
 use crate::scene::{NoiseModel, Scatter, Survey};
@@ -241,7 +242,7 @@ pub(super) fn learn(
             .par_iter()
             .map(|Spread { cluster, free, off }| {
                 let factor = shapes[*cluster].factor(&noise);
-                let log_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+                let log_det = 2.0 * doubt::half_log_det(&factor);
                 let mut white = off.clone();
                 factor.l_dirty().solve_lower_triangular_mut(&mut white);
                 0.5 * free * log_det + 0.5 * white.norm_squared()

@@ -1,5 +1,6 @@
 //! Which causes: none, one or several, by their evidence and what is plausible beforehand.
 
+use super::doubt;
 use super::linear::{Fit, Problem};
 use super::variant::{Axis, Variant};
 use rayon::prelude::*;
@@ -139,8 +140,9 @@ impl Ranking {
                 })
                 .filter(|fewer| known.get(&fewer.set).is_none_or(|other| fewer.log_posterior > other.log_posterior))
                 .collect();
-            known.extend(fewer.iter().map(|fewer| (fewer.set.clone(), fewer.clone())));
-            if fewer.iter().all(|fewer| fewer.log_posterior <= best.log_posterior) {
+            let better = fewer.iter().any(|fewer| fewer.log_posterior > best.log_posterior);
+            known.extend(fewer.into_iter().map(|fewer| (fewer.set.clone(), fewer)));
+            if !better {
                 break;
             }
         }
@@ -214,7 +216,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
         }
         let Some(factor) = nalgebra::Cholesky::new(normal) else { return (f64::NEG_INFINITY, Vec::new()) };
         let solution = factor.solve(&right);
-        let log_det: f64 = 2.0 * factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum::<f64>();
+        let log_det = 2.0 * doubt::half_log_det(&factor);
         let evidence = -0.5 * (quadratic - right.dot(&solution)) - 0.5 * log_det + 0.5 * log_precision;
         (evidence, solution.iter().copied().collect())
     };

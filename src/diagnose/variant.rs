@@ -26,6 +26,7 @@ pub(super) struct Variant {
     pub effect: &'static Effect,
     /// Wheel or side; empty where nothing is to be chosen.
     pub choice: String,
+    /// What it is to a search.
     pub role: Role,
     /// Parameters that are held: a place on the floor.
     pub held: Vec<(usize, f64)>,
@@ -54,6 +55,12 @@ impl Coordinate {
 
     /// Prior σ that a linear look sees.
     const SEEN: f64 = 4.0;
+
+    /// Of what nobody expects to be there.
+    fn about_nothing(std_dev: f64, bounds: [f64; 2]) -> Coordinate {
+        let reach = Coordinate::SEEN * std_dev;
+        Coordinate { neutral: 0.0, mean: 0.0, std_dev, reach, one_sided: false, bounds, hourly: false }
+    }
 
     /// The nearest value that it may have.
     pub fn within(&self, value: f64) -> f64 {
@@ -127,15 +134,7 @@ impl Variant {
             choice: String::new(),
             role: Role::Term(EmpiricalTerm { part, feature, coefficient: 1.0 }),
             held: Vec::new(),
-            coordinates: vec![Coordinate {
-                neutral: 0.0,
-                mean: 0.0,
-                std_dev,
-                reach: Coordinate::SEEN * std_dev,
-                one_sided: false,
-                bounds: Coordinate::ANYWHERE,
-                hourly: false,
-            }],
+            coordinates: vec![Coordinate::about_nothing(std_dev, Coordinate::ANYWHERE)],
         }
     }
 
@@ -148,13 +147,13 @@ impl Variant {
     /// What responses of a model may err by, and no candidate: forward, sideways and in heading, driving straight and turning,
     /// relative.
     pub fn response_error(std_dev: f64) -> Variant {
-        let of_straight = Variant::empirical(TwistPart::Forward, Feature::Speed, std_dev).coordinates[0];
         Variant {
             effect: &NO_CAUSE,
             choice: String::new(),
             role: Role::Responses,
             held: Vec::new(),
-            coordinates: vec![Coordinate { bounds: [-0.95, f64::INFINITY], ..of_straight }; 6],
+            // A response may be hardly there, but is never turned round.
+            coordinates: vec![Coordinate::about_nothing(std_dev, [-0.95, f64::INFINITY]); 6],
         }
     }
 

@@ -73,7 +73,7 @@ pub enum Tally {
     RightGroup,
     /// Up to twice the oracle's.
     Half,
-    /// Nothing was named where the data could not show it.
+    /// Nothing was named where the data could not show it, or more than is of use.
     SilentRightly,
     /// Nothing was named where the data show it, or too large a set.
     Missed,
