@@ -100,9 +100,9 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         }
         // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
         study.shape(&[]);
-        let mut known = study.search(&study.first_variants());
+        let mut known = study.search(&study.first_variants(), None);
         if study.reshape(&known) {
-            known = study.search(&study.first_variants());
+            known = study.search(&study.first_variants(), None);
         }
         let at = {
             let explained = study.explained(known);

@@ -1,6 +1,6 @@
 //! Readings against a hypothesis: residuals, sensitivities, evidence.
 //!
-//! A hypothesis moves along some axes with a normal prior on each. Its evidence is Laplace's: the likelihood of the readings
+//! A hypothesis moves along some axes with a prior on each (`plausible`). Its evidence is Laplace's: the likelihood of the readings
 //! at the best coordinates, the prior there, and the share of the prior that the readings leave
 //! [MacKay, *Neural Computation* 4 (1992) 415–447]. The responses themselves are allowed an error of a few per cent, as
 //! unknowns with a prior of their own: a tyre is not the model's tyre.
@@ -8,6 +8,7 @@
 use super::case::{Case, Cluster};
 use super::doubt::{self, MotionError};
 use super::noise::Shapes;
+use super::plausible::Plausible;
 use super::surrogate::{Coordinates, Step, Surrogate, Way, compose};
 use super::variant::{Axis, Variant};
 use crate::geometry::Pose2;
@@ -390,14 +391,13 @@ impl Problem<'_> {
             })
             .collect();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
+        let plausible = Plausible::of(self.variants, axes);
         let mut least: Option<(f64, Vec<(Axis, f64)>)> = None;
         for _ in 0..10 {
             let linear = self.linearise(&at, axes);
             let (a, b, c) = self.normal_equations(&linear);
-            let off: DVector<f64> =
-                DVector::from_iterator(axes.len(), prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
-            let precision = DVector::from_iterator(axes.len(), prior.iter().map(|prior| prior.std_dev.powi(-2)));
-            let cost = c + off.component_mul(&off).dot(&precision);
+            let local = plausible.at(&values(&at));
+            let cost = c + local.cost;
             let gained = least.as_ref().map_or(f64::INFINITY, |(least, _)| least - cost);
             if let (true, Some((_, best))) = (gained < 0.0, &least) {
                 // Too far: half of the way back.
@@ -407,9 +407,9 @@ impl Problem<'_> {
                 continue;
             }
             least = Some((cost, at.clone()));
-            let normal = a + DMatrix::from_diagonal(&precision);
+            let normal = a + DMatrix::from_diagonal(&local.precision);
             let Some(factor) = Cholesky::new(normal) else { break };
-            let mut step = factor.solve(&(b + precision.component_mul(&off)));
+            let mut step = factor.solve(&(b + local.pull()));
             // Farther than a linear look sees, a part of the way is enough.
             step /= step.iter().zip(&prior).map(|(step, prior)| step.abs() / prior.reach).fold(1.0, f64::max);
             let mut moved = 0.0_f64;
@@ -477,8 +477,8 @@ impl Problem<'_> {
         let (a, b, c) = self.normal_equations(&linear);
         let p = axes.len();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
-        let off = DVector::from_iterator(p, prior.iter().zip(&at).map(|(prior, (_, value))| prior.mean - value));
-        let precision = DVector::from_iterator(p, prior.iter().map(|prior| prior.std_dev.powi(-2)));
+        let plausible = Plausible::of(self.variants, axes);
+        let local = plausible.at(&values(&at));
 
         let spots = self.on_level_floor(&at).len() < at.len();
         let of_responses = (PARTS + 1) * self.components().len();
@@ -490,8 +490,8 @@ impl Problem<'_> {
         let size = p + per_condition * self.conditions;
         let mut normal = DMatrix::<f64>::identity(size, size);
         let mut right = DVector::<f64>::zeros(size);
-        normal.view_mut((0, 0), (p, p)).copy_from(&(a + DMatrix::from_diagonal(&precision)));
-        right.rows_mut(0, p).copy_from(&(b + precision.component_mul(&off)));
+        normal.view_mut((0, 0), (p, p)).copy_from(&(a + DMatrix::from_diagonal(&local.precision)));
+        right.rows_mut(0, p).copy_from(&(b + local.pull()));
         if with_error {
             for (index, cluster) in self.clusters.iter().enumerate() {
                 let mut errors = self.response_errors(index, &at);
@@ -537,9 +537,8 @@ impl Problem<'_> {
         let solution = factor.solve(&right);
         log_det += 2.0 * doubt::half_log_det(&factor);
         let strays = (0..self.clusters.len()).map(|index| self.strays(&linear, index)).sum();
-        let quadratic = c + off.component_mul(&off).dot(&precision) - right.dot(&solution);
-        let mut log_evidence =
-            -0.5 * quadratic - 0.5 * log_det + 0.5 * precision.iter().map(|value| value.ln()).sum::<f64>();
+        let quadratic = c + local.cost - right.dot(&solution);
+        let mut log_evidence = -0.5 * quadratic - 0.5 * log_det + plausible.log_peak();
         let covariance = factor.inverse().view((0, 0), (p, p)).into_owned();
         // A one-sided prior is twice as dense, and only the part of the posterior above 0 counts.
         for (index, prior) in prior.iter().enumerate() {
@@ -552,6 +551,11 @@ impl Problem<'_> {
         let at = best.map(|((&(axis, value), prior), step)| (axis, prior.within(value + step))).collect();
         Fit { at, covariance, log_evidence, chi2, left: quadratic, strays }
     }
+}
+
+/// The coordinates, without what they are along.
+fn values(at: &Coordinates) -> DVector<f64> {
+    DVector::from_iterator(at.len(), at.iter().map(|(_, value)| *value))
 }
 
 /// ln Φ(z).

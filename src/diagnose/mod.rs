@@ -5,7 +5,7 @@
 //! 1. Every run is predicted by the model as given: a replay of its log, or its protocol as driven (`forward`).
 //! 2. What runs of one kind differ by is noise; its sizes are learnt from them (`noise`).
 //! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`, `spots`).
-//! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`).
+//! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`, `plausible`).
 //! 5. The best is simulated again where it is best, and what stands is named, with what cannot be told from it.
 
 mod case;
@@ -15,6 +15,7 @@ mod gain;
 mod linear;
 mod next;
 mod noise;
+mod plausible;
 mod residue;
 mod search;
 mod spots;
@@ -259,7 +260,8 @@ impl<'m> Study<'m> {
     }
 
     /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
-    fn search(&mut self, allowed: &[usize]) -> search::Ranking {
+    /// Where a search before this one ended, this one looks as well.
+    fn search(&mut self, allowed: &[usize], earlier: Option<&search::Ranking>) -> search::Ranking {
         let learns = self.options.noise.is_none();
         if learns && self.repeats() {
             self.learn_noise(&[]);
@@ -273,6 +275,9 @@ impl<'m> Study<'m> {
                 self.learn_noise(&at);
                 ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
             }
+        }
+        if let Some(earlier) = earlier {
+            ranking.look_again(&self.problem(self.counts.clone()), earlier);
         }
         if learns {
             self.weigh_noise(&mut ranking);
@@ -402,9 +407,9 @@ impl<'m> Study<'m> {
     /// # Errors
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
-        let mut ranking = self.search(&self.known_variants());
+        let mut ranking = self.search(&self.known_variants(), None);
         if self.reshape(&ranking) {
-            ranking = self.search(&self.known_variants());
+            ranking = self.search(&self.known_variants(), None);
         }
         // The stand-in is made exact where the leading answers are, and asked again.
         for (round, distances) in spots::ROUNDS.into_iter().enumerate() {
@@ -414,7 +419,7 @@ impl<'m> Study<'m> {
             if !closer && !refined {
                 break;
             }
-            ranking = self.search(&self.known_variants());
+            ranking = self.search(&self.known_variants(), self.was_moved().then_some(&ranking));
             if round > 1 && ranking.best().log_posterior < before + WORTH_A_ROUND {
                 break;
             }
@@ -550,11 +555,19 @@ impl<'m> Study<'m> {
         next::next(self, (&name(best), &causes(best)), (&name(rival), &causes(rival)))
     }
 
+    /// Whether the model had to be moved so far that causes may act otherwise than it has them.
+    fn was_moved(&self) -> bool {
+        self.variants.iter().any(Variant::is_response_error)
+    }
+
     /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
     fn refine(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
         let best = ranking.best().log_posterior;
         let leading = ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
-        let at: Vec<_> = leading.flat_map(|h| h.fit.at.iter().copied()).collect();
+        // What a model that was moved far lets a cause do is seen where the cause is, not where it was simulated at first.
+        let alone = ranking.nothing().set.len() + 1;
+        let singles = ranking.hypotheses.iter().filter(|h| self.was_moved() && h.set.len() == alone);
+        let at: Vec<_> = leading.chain(singles).flat_map(|h| h.fit.at.iter().copied()).collect();
         let refined = self.refine_at(&at)?;
         let (surrogate, bench) = self.bench();
         Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
@@ -588,9 +601,16 @@ impl<'m> Study<'m> {
         (surrogate, Bench { model: *model, cases, clusters, variants })
     }
 
-    /// Where an answer is, without what is in doubt of the model anyway.
+    /// Where an answer is, without what is in doubt of the model anyway. Where causes may act otherwise than the model has
+    /// them, their sizes are such that the model as it is predicts best.
     fn answered(&self, answer: &search::Hypothesis) -> Vec<(variant::Axis, f64)> {
-        answer.fit.at.iter().filter(|(axis, _)| !self.variants[axis.variant].is_doubted()).copied().collect()
+        let as_simulated = |axis: &variant::Axis| !self.variants[axis.variant].is_error_of_response(axis.coordinate);
+        let axes: Vec<_> = answer.fit.at.iter().map(|(axis, _)| *axis).filter(as_simulated).collect();
+        let refitted =
+            (axes.len() < answer.fit.at.len()).then(|| self.problem(self.counts.clone()).fit(&axes, &answer.fit.at).at);
+        let mut at = refitted.unwrap_or_else(|| answer.fit.at.clone());
+        at.retain(|(axis, _)| !self.variants[axis.variant].is_doubted());
+        at
     }
 
     /// What these data could not show.

@@ -2,7 +2,9 @@
 
 use super::doubt;
 use super::linear::{Fit, Problem};
+use super::plausible::Plausible;
 use super::variant::{Axis, Variant};
+use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -24,6 +26,15 @@ pub(super) struct Hypothesis {
     pub log_posterior: f64,
 }
 
+impl Hypothesis {
+    /// A set at its best, looked for from `start` on.
+    fn of(problem: &Problem<'_>, set: &Set, start: &[(Axis, f64)]) -> Hypothesis {
+        let fit = problem.fit(&axes_of(problem.variants, set), start);
+        let log_posterior = fit.log_evidence + log_prior(problem.variants, set);
+        Hypothesis { set: set.clone(), fit, log_posterior }
+    }
+}
+
 /// Everything that was looked at, best first.
 #[derive(Debug, Clone)]
 pub(super) struct Ranking {
@@ -36,6 +47,8 @@ const WORTH: f64 = 12.0;
 const BEAM: usize = 4;
 /// Sets of several causes that are fitted at each size.
 const PROMISES: usize = 24;
+/// Linear looks from each: what is plausible is no normal law.
+const LOOKS: usize = 2;
 /// Spots on the floor that are looked at closely from each.
 const SPOTS: usize = 6;
 
@@ -81,12 +94,7 @@ impl Ranking {
     /// Searches sets of what moves along the axes of `base`, which begin where it says, and up to `most` of the `allowed`
     /// variants besides.
     pub fn search_on(problem: &Problem<'_>, base: &[(Axis, f64)], allowed: &[usize], most: usize) -> Ranking {
-        let variants = problem.variants;
-        let evaluate = |set: &Set, start: &[(Axis, f64)]| {
-            let fit = problem.fit(&axes_of(variants, set), start);
-            let log_posterior = fit.log_evidence + log_prior(variants, set);
-            Hypothesis { set: set.clone(), fit, log_posterior }
-        };
+        let evaluate = |set: &Set, start: &[(Axis, f64)]| Hypothesis::of(problem, set, start);
         let mut known: BTreeMap<Set, Hypothesis> = BTreeMap::new();
         let always: Set = base.iter().map(|(axis, _)| axis.variant).collect();
         known.insert(always.clone(), evaluate(&always, base));
@@ -128,27 +136,54 @@ impl Ranking {
                 break;
             }
         }
-        // What the best found on its way may serve fewer causes better than where they were begun from.
-        while let Some(best) = known.values().max_by(|a, b| a.log_posterior.total_cmp(&b.log_posterior)).cloned() {
-            let fewer: Vec<Hypothesis> = best
+        let mut ranking = Ranking { hypotheses: known.into_values().collect() };
+        ranking.sort();
+        ranking.look_at_fewer(problem);
+        ranking
+    }
+
+    /// What the best found on its way may serve fewer causes better than where they were begun from.
+    fn look_at_fewer(&mut self, problem: &Problem<'_>) {
+        loop {
+            let (best, always) = (self.best(), &self.nothing().set);
+            let fewer: Vec<Set> = best
                 .set
-                .par_iter()
-                .filter(|&cause| !always.contains(cause))
-                .map(|cause| {
-                    let set: Set = best.set.iter().copied().filter(|other| other != cause).collect();
-                    evaluate(&set, &best.fit.at)
-                })
-                .filter(|fewer| known.get(&fewer.set).is_none_or(|other| fewer.log_posterior > other.log_posterior))
+                .difference(always)
+                .map(|&cause| best.set.iter().copied().filter(|&other| other != cause).collect())
                 .collect();
-            let better = fewer.iter().any(|fewer| fewer.log_posterior > best.log_posterior);
-            known.extend(fewer.into_iter().map(|fewer| (fewer.set.clone(), fewer)));
-            if !better {
+            let fewer: Vec<Hypothesis> =
+                fewer.par_iter().map(|set| Hypothesis::of(problem, set, &best.fit.at)).collect();
+            let before = best.log_posterior;
+            self.add(fewer);
+            if self.best().log_posterior <= before {
                 break;
             }
         }
-        let mut ranking = Ranking { hypotheses: known.into_values().collect() };
-        ranking.sort();
-        ranking
+    }
+
+    /// Looks from where the leading answers and the single causes of an earlier search were best, too: what was simulated
+    /// there since may have moved them away from where a search begins.
+    pub fn look_again(&mut self, problem: &Problem<'_>, earlier: &Ranking) {
+        const LEADING: usize = 20;
+        let alone = self.nothing().set.len() + 1;
+        let again = earlier.hypotheses.iter().enumerate().filter(|(rank, h)| *rank < LEADING || h.set.len() <= alone);
+        let again: Vec<&Hypothesis> = again.map(|(_, h)| h).collect();
+        let again: Vec<Hypothesis> =
+            again.into_par_iter().map(|h| Hypothesis::of(problem, &h.set, &h.fit.at)).collect();
+        self.add(again);
+        self.look_at_fewer(problem);
+    }
+
+    /// Adds what is new or better.
+    fn add(&mut self, all: Vec<Hypothesis>) {
+        for found in all {
+            match self.hypotheses.iter_mut().find(|h| h.set == found.set) {
+                Some(known) if known.log_posterior >= found.log_posterior => {}
+                Some(known) => *known = found,
+                None => self.hypotheses.push(found),
+            }
+        }
+        self.sort();
     }
 
     /// Best first.
@@ -194,31 +229,26 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     axes.extend(axes_of(variants, &others.iter().copied().collect()));
     let linear = problem.linearise(&seed.fit.at, &axes);
     let (a, b, c) = problem.normal_equations(&linear);
-    let prior = |axis: Axis| variants[axis.variant].coordinates[axis.coordinate];
+    let here = |axis: Axis| seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
     // Evidence of the seed in the same linear terms, so that what the linear look leaves out cancels.
-    let linear_evidence = |columns: &[usize]| -> (f64, Vec<f64>) {
-        let p = columns.len();
-        let mut normal = nalgebra::DMatrix::<f64>::zeros(p, p);
-        let mut right = nalgebra::DVector::<f64>::zeros(p);
-        let (mut quadratic, mut log_precision) = (c, 0.0);
-        for (i, &column) in columns.iter().enumerate() {
-            let axis = axes[column];
-            let here = seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
-            let precision = prior(axis).std_dev.powi(-2);
-            let off = prior(axis).mean - here;
-            for (j, &other) in columns.iter().enumerate() {
-                normal[(i, j)] = a[(column, other)];
-            }
-            normal[(i, i)] += precision;
-            right[i] = b[column] + precision * off;
-            quadratic += precision * off * off;
-            log_precision += precision.ln();
+    let linear_evidence = |columns: &[usize]| -> (f64, DVector<f64>) {
+        let own: Vec<Axis> = columns.iter().map(|&column| axes[column]).collect();
+        let plausible = Plausible::of(variants, &own);
+        let here = DVector::from_iterator(own.len(), own.iter().map(|&axis| here(axis)));
+        let (of_data, pull) = (a.select_rows(columns).select_columns(columns), b.select_rows(columns));
+        let (mut step, mut evidence) = (DVector::zeros(own.len()), f64::NEG_INFINITY);
+        for _ in 0..LOOKS {
+            // The normal law that touches what is plausible where the last look came to, seen from here.
+            let local = plausible.at(&(&here + &step));
+            let off = &local.off + &step;
+            let Some(factor) = Cholesky::new(&of_data + DMatrix::from_diagonal(&local.precision)) else { break };
+            let right = &pull + local.precision.component_mul(&off);
+            let quadratic = c + local.cost_at(&-&step);
+            step = factor.solve(&right);
+            let log_det = 2.0 * doubt::half_log_det(&factor);
+            evidence = -0.5 * (quadratic - right.dot(&step)) - 0.5 * log_det + plausible.log_peak();
         }
-        let Some(factor) = nalgebra::Cholesky::new(normal) else { return (f64::NEG_INFINITY, Vec::new()) };
-        let solution = factor.solve(&right);
-        let log_det = 2.0 * doubt::half_log_det(&factor);
-        let evidence = -0.5 * (quadratic - right.dot(&solution)) - 0.5 * log_det + 0.5 * log_precision;
-        (evidence, solution.iter().copied().collect())
+        (evidence, step)
     };
     let base: Vec<usize> = (0..own).collect();
     let (of_seed, _) = linear_evidence(&base);
@@ -233,12 +263,11 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
             let log_posterior = seed.fit.log_evidence + with - of_seed + log_prior(variants, &set);
             let start = columns
                 .iter()
-                .zip(solution)
+                .zip(solution.iter())
                 .map(|(&column, step)| {
                     let axis = axes[column];
-                    let here = seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
-                    let reach = prior(axis).reach;
-                    (axis, here + step.clamp(-reach, reach))
+                    let reach = variants[axis.variant].coordinates[axis.coordinate].reach;
+                    (axis, here(axis) + step.clamp(-reach, reach))
                 })
                 .collect();
             Promise { log_posterior, set, start }

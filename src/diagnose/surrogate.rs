@@ -8,7 +8,7 @@
 use super::case::{Case, Cluster, Condition};
 use super::forward::{ForwardError, ForwardModel};
 use super::spots;
-use super::variant::{Axis, Coordinate, Variant};
+use super::variant::{Axis, Coordinate, RELATIVE, Variant};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Motion, Scene, Survey, TwistPart};
 use rayon::prelude::*;
@@ -39,6 +39,8 @@ pub(super) struct Surrogate {
     pub ways: Vec<Way>,
     /// One a cluster.
     pub responses: Vec<Responses>,
+    /// The cluster whose runs turn the robot most, and the run that stands for it.
+    most_turning: (usize, usize),
 }
 
 /// The way of one run as the model as given predicts it.
@@ -181,12 +183,12 @@ impl Response {
 impl Responses {
     /// Adds the changes under a hypothesis to the steps of `way`, each component by what responses are taken to err by there.
     pub fn add(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
-        let is_error = |axis: &Axis| variants[axis.variant].is_response_error();
-        let mut errors = [0.0; 6];
+        let is_error = |axis: &Axis| variants[axis.variant].is_error_of_response(axis.coordinate);
+        let mut errors = [0.0; RELATIVE];
         for (axis, value) in at.iter().filter(|(axis, _)| is_error(axis)) {
             errors[axis.coordinate] = *value;
         }
-        if errors == [0.0; 6] {
+        if errors == [0.0; RELATIVE] {
             return self.add_exact(at, way, variants, steps);
         }
         let mut changes = vec![[0.0; 3]; steps.len()];
@@ -219,6 +221,11 @@ impl Responses {
             }
         }
     }
+}
+
+/// Length of a step, its turn counted at an arm \[m\].
+fn length(step: &Step) -> f64 {
+    step[0].hypot(step[1]).hypot(ARM * step[2])
 }
 
 fn each(value: impl Fn(usize) -> f64) -> Step {
@@ -295,8 +302,15 @@ impl Surrogate {
             _ => spots::places(scene, cases, clusters, &ways),
         };
         variants.extend(places.into_iter().map(Variant::spot));
-        let mut surrogate =
-            Surrogate { survey: scene.survey, responses: vec![Responses::default(); clusters.len()], ways };
+        let turned = |run: usize| ways[run].steps.iter().map(|step| step[2].abs()).sum::<f64>();
+        let most_turning = clusters
+            .iter()
+            .map(|cluster| cluster.reference)
+            .enumerate()
+            .max_by(|(_, a), (_, b)| turned(*a).total_cmp(&turned(*b)))
+            .expect("a study has runs");
+        let responses = vec![Responses::default(); clusters.len()];
+        let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning };
         let axes = axes(variants, cases);
         let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
             .filter(|&cluster| known[cluster].is_none())
@@ -566,15 +580,43 @@ impl Surrogate {
         case.readings.iter().map(|reading| survey.reading(frame, at(reading.stamp))).collect()
     }
 
-    /// The survey under a hypothesis.
+    /// The survey under a hypothesis. That the robot turns about another point than the model's is no matter of the survey,
+    /// but the same path seen from the robot: as if another point were tracked.
     pub fn survey_of(&self, scene: &Scene, at: &Coordinates, variants: &[Variant]) -> Survey {
-        if !at.iter().any(|(axis, _)| variants[axis.variant].effect.is_survey()) {
-            return self.survey;
+        let mut survey = self.survey;
+        if at.iter().any(|(axis, _)| variants[axis.variant].effect.is_survey()) {
+            let causes: Vec<_> = causes(variants, at).into_iter().filter(|cause| cause.effect.is_survey()).collect();
+            let mut light = scene.clone();
+            light.survey = self.survey;
+            survey = crate::effect::Cause::edit_all(&causes, &light).survey;
         }
-        let causes: Vec<_> = causes(variants, at).into_iter().filter(|cause| cause.effect.is_survey()).collect();
-        let mut light = scene.clone();
-        light.survey = self.survey;
-        crate::effect::Cause::edit_all(&causes, &light).survey
+        let mut centre = [0.0; 2];
+        for (axis, value) in at {
+            if let Some(part) = variants[axis.variant].part_of_centre(axis.coordinate) {
+                centre[part] = *value;
+            }
+        }
+        if centre != [0.0; 2] {
+            let swing = self.swing(at, variants);
+            survey.base_from_tracked.x += centre[0] * swing;
+            survey.base_from_tracked.y += centre[1] * swing;
+        }
+        survey
+    }
+
+    /// All that physical causes move the robot by over all that it turns, beside what a calibration takes back, in the kind of
+    /// run that turns most \[m/rad\].
+    fn swing(&self, at: &Coordinates, variants: &[Variant]) -> f64 {
+        if !at.iter().any(|(axis, _)| variants[axis.variant].is_physical()) {
+            return 0.0;
+        }
+        let (cluster, reference) = self.most_turning;
+        let way = &self.ways[reference];
+        let mut steps = way.steps.clone();
+        self.responses[cluster].add(at, way, variants, &mut steps);
+        let moved = |(step, given): (&Step, &Step)| length(&each(|c| step[c] - given[c]));
+        let turned: f64 = way.steps.iter().map(|step| step[2].abs()).sum();
+        steps.iter().zip(&way.steps).map(moved).sum::<f64>() / turned.max(f64::MIN_POSITIVE)
     }
 }
 

@@ -7,6 +7,8 @@ use std::f64::consts::FRAC_1_SQRT_2;
 /// The effect that needs a place.
 const SPOT: &str = "floor_grip_patch";
 
+/// Components of a step that a response errs in, straight and turning.
+pub(super) const RELATIVE: usize = 6;
 /// What a variant is to a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Role {
@@ -145,21 +147,39 @@ impl Variant {
     }
 
     /// What responses of a model may err by, and no candidate: forward, sideways and in heading, driving straight and turning,
-    /// relative.
+    /// relative; then how far causes move the centre of rotation besides, forward and to the left, over what they move the
+    /// robot by in all.
     pub fn response_error(std_dev: f64) -> Variant {
+        // A response may be hardly there, but is never turned round.
+        let relative = Coordinate::about_nothing(std_dev, [-0.95, f64::INFINITY]);
+        let centre = Coordinate::about_nothing(std_dev, Coordinate::ANYWHERE);
         Variant {
             effect: &NO_CAUSE,
             choice: String::new(),
             role: Role::Responses,
             held: Vec::new(),
-            // A response may be hardly there, but is never turned round.
-            coordinates: vec![Coordinate::about_nothing(std_dev, [-0.95, f64::INFINITY]); 6],
+            coordinates: [vec![relative; RELATIVE], vec![centre; 2]].concat(),
         }
     }
 
-    /// Whether it is that.
+    /// Whether a coordinate of it is what responses err by, relative.
+    pub fn is_error_of_response(&self, coordinate: usize) -> bool {
+        self.role == Role::Responses && coordinate < RELATIVE
+    }
+
+    /// The part of a shift of the centre of rotation that a coordinate of it is: 0 forward, 1 to the left.
+    pub fn part_of_centre(&self, coordinate: usize) -> Option<usize> {
+        (self.role == Role::Responses).then(|| coordinate.checked_sub(RELATIVE)).flatten()
+    }
+
+    /// Whether it is what responses err by.
     pub fn is_response_error(&self) -> bool {
         self.role == Role::Responses
+    }
+
+    /// Whether it is a cause that the robot feels.
+    pub fn is_physical(&self) -> bool {
+        self.is_cause() && !self.effect.is_survey()
     }
 
     /// Whether it is a cause that can be named.

@@ -41,7 +41,8 @@ pub struct Diagnosis {
     pub blind_to: Vec<Blind>,
     /// Sizes of the noise.
     pub noise: NoiseModel,
-    /// The causes of the best answer, as an extended model holds them.
+    /// The causes of the best answer, as an extended model holds them: where its responses are in doubt, of such sizes that
+    /// they predict best as they are, which is not what is stated of them.
     pub causes: Vec<Cause>,
     /// Terms of the body's twist, where a formula takes away what known causes leave.
     pub empirical: Vec<EmpiricalTerm>,
@@ -178,10 +179,11 @@ const TRACK_CLASS: [&str; 3] = ["effective_track", "tyre_grip_anisotropy", "load
 pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, ForwardError> {
     let variants = &study.variants;
     let best = convincing(ranking, variants);
-    let empirical = super::surrogate::terms(variants, &best.fit.at);
-    let by_formula = !empirical.is_empty() && share_of_causes(study, best) < MOST;
+    let has_formula = best.set.iter().any(|&index| variants[index].is_term());
+    let by_formula = has_formula && share_of_causes(study, best) < MOST;
     let unexplained = by_formula || leaves_much(study, best);
     let misfit = misfit(study);
+    let answered = study.answered(best);
     let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
     let probability = |h: &Hypothesis| (h.log_posterior - total).exp();
 
@@ -249,12 +251,12 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, F
         probabilities,
         blind_to: blind(study),
         noise: study.noise,
-        causes: super::causes_of(variants, &best.fit.at),
-        empirical,
+        causes: super::causes_of(variants, &answered),
+        empirical: super::surrogate::terms(variants, &answered),
         doubt: doubt(study, best),
-        residues: residue::residues(study, &study.answered(best))?,
+        residues: residue::residues(study, &answered)?,
         next_experiment: None,
-        runs: run_readings(study, &study.answered(best)),
+        runs: run_readings(study, &answered),
         left_out: study.left_out.clone(),
     })
 }

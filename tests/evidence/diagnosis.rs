@@ -146,55 +146,101 @@ fn the_next_campaign_is_held_against_what_the_last_one_left() {
     assert_eq!(effects, ["floor_slope"], "{:#?}", tilted.ranking);
 }
 
-/// A model that was made right for the wrong reason answers causes otherwise: here the robot is a fifth shorter than believed,
-/// and friction was blamed for its narrower effective track. A load that is moved then turns it about another point than the
-/// model says. A model that states how far it was moved finds the load and names nothing beside it; one that is sure does not.
+/// A cause with one number.
+fn cause(id: &str, value: f64) -> Cause {
+    Cause { values: vec![value], ..Effect::named(id).expect("known").nothing() }
+}
+
+/// A model that was made right for the wrong reason: the robot is a fifth shorter than believed, and friction was blamed for
+/// its narrower effective track.
+struct Moved {
+    model: Scene,
+    /// The robot as it is.
+    world: Scene,
+}
+
+impl Moved {
+    fn new() -> Moved {
+        let given = base();
+        let mut world = given.clone();
+        for wheel in &mut world.robot.wheels {
+            wheel.base_from_wheel.translation.x *= 0.8;
+        }
+        // b + l²/b on level ground and isotropic friction.
+        let [believed, actual] = [&given, &world].map(|scene| {
+            let (b, l) = (scene.robot.track_width(), scene.robot.wheelbase());
+            b + l * l / b
+        });
+        let mut model = cause("effective_track", actual / believed - 1.0).edit(&given);
+        model.robot.doubt = Doubt { effective_track: 0.01, ..Doubt::default() };
+        Moved { model, world }
+    }
+
+    /// Squares with logs of the robot with these causes, and nothing else, at work.
+    fn drive(&self, causes: &[Cause]) -> Dataset {
+        let challenge = Challenge {
+            seed: 42,
+            data: DataKind::Logs,
+            effects: EffectsKind::None,
+            campaign: CampaignKind::Squares,
+            mismatch: false,
+        };
+        let world = Cause::edit_all(causes, &self.world);
+        let mut dataset = challenge.draw(&world, &GO_ON).expect("it can be driven").dataset;
+        dataset.campaign.odometry = Some(self.model.robot.odometry);
+        dataset
+    }
+
+    /// What the model finds if its responses are in doubt by so much.
+    fn findings(&self, dataset: &Dataset, response: f64) -> Vec<Finding> {
+        let mut model = self.model.clone();
+        model.robot.doubt.response = response;
+        let simulator = Simulator::new(&model, &GO_ON);
+        let mut study =
+            Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
+                .expect("it is data");
+        study.diagnose().expect("it can be diagnosed").findings
+    }
+}
+
+/// A moved model answers causes otherwise: a load turns the robot about another point than it says. One that states how far it
+/// was moved finds the load and names nothing beside it; one that is sure does not.
 #[test]
 fn a_model_that_was_moved_finds_causes_that_act_otherwise() {
     const LOAD: f64 = -0.015;
-    let given = base();
-    let mut shorter = given.clone();
-    for wheel in &mut shorter.robot.wheels {
-        wheel.base_from_wheel.translation.x *= 0.8;
-    }
-    let cause = |id, value| Cause { values: vec![value], ..Effect::named(id).expect("known").nothing() };
-    // b + l²/b on level ground and isotropic friction.
-    let [believed, actual] = [&given, &shorter].map(|scene| {
-        let (b, l) = (scene.robot.track_width(), scene.robot.wheelbase());
-        b + l * l / b
-    });
-    let blamed = cause("effective_track", actual / believed - 1.0);
-    let mut known = blamed.edit(&given);
-    known.robot.doubt = Doubt { effective_track: 0.01, ..Doubt::default() };
-    let challenge = Challenge {
-        seed: 42,
-        data: DataKind::Logs,
-        effects: EffectsKind::None,
-        campaign: CampaignKind::Squares,
-        mismatch: false,
-    };
-    let loaded = cause("load_offset_longitudinal", LOAD).edit(&shorter);
-    let mut dataset = challenge.draw(&loaded, &GO_ON).expect("it can be driven").dataset;
-    dataset.campaign.odometry = Some(given.robot.odometry);
-    let found = |response: f64| {
-        let mut scene = known.clone();
-        scene.robot.doubt.response = response;
-        let simulator = Simulator::new(&scene, &GO_ON);
-        let mut study =
-            Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &|_, _| {})
-                .expect("it is data");
-        study.diagnose().expect("it can be diagnosed").findings
-    };
+    let moved = Moved::new();
+    let dataset = moved.drive(&[cause("load_offset_longitudinal", LOAD)]);
     let off = |finding: &Finding| {
         let parameter = finding.parameters[0];
         ((parameter.value - LOAD) / parameter.std_dev.expect("it was sought")).abs()
     };
-    let in_doubt = found(0.2);
+    let in_doubt = moved.findings(&dataset, 0.2);
     assert_eq!(in_doubt.len(), 1, "{in_doubt:#?}");
     assert_eq!(in_doubt[0].effect, "load_offset_longitudinal");
     assert!(off(&in_doubt[0]) < 3.0, "{in_doubt:#?}");
-    let sure = found(0.0);
+    let sure = moved.findings(&dataset, 0.0);
     assert!(sure.len() > 1 || sure.iter().any(|finding| off(finding) > 3.0), "{sure:#?}");
+}
+
+/// A moved model does not know where the centre of rotation goes under a cause: unequal wheels that move it by 8 mm, as they
+/// do where wheels are hard and roll on their edges, are not a tracked point that is 8 mm off. A point that is off without any
+/// other cause is found all the same.
+#[test]
+fn a_model_that_was_moved_does_not_know_where_a_cause_moves_the_centre_of_rotation() {
+    let moved = Moved::new();
+    let centre = |y: f64| {
+        let effect = Effect::named("survey_lever_arm").expect("known");
+        Cause { values: vec![0.0, y], ..effect.nothing() }
+    };
+    let unequal = moved.drive(&[cause("wheel_diameter_mismatch", 0.006), centre(-0.008)]);
+    let names = |findings: &[Finding]| findings.iter().map(|finding| finding.effect).collect::<Vec<_>>();
+    let in_doubt = moved.findings(&unequal, 0.2);
+    assert_eq!(names(&in_doubt), ["wheel_diameter_mismatch"], "{in_doubt:#?}");
+    let sure = moved.findings(&unequal, 0.0);
+    assert!(names(&sure).contains(&"survey_lever_arm"), "{sure:#?}");
+    let off = moved.findings(&moved.drive(&[centre(-0.04)]), 0.2);
+    assert_eq!(names(&off), ["survey_lever_arm"], "{off:#?}");
+    assert!(off[0].confounded_with.is_empty(), "{off:#?}");
 }
 
 /// What two strong causes do together is not what each does alone: a load 28 mm aft on a track that is 5 % narrower. Both are
@@ -203,7 +249,7 @@ fn a_model_that_was_moved_finds_causes_that_act_otherwise() {
 fn causes_that_work_together_are_found_as_large_as_they_are() {
     let given = base();
     let hidden = [("load_offset_longitudinal", -0.028), ("effective_track", -0.05)];
-    let causes = hidden.map(|(id, value)| Cause { values: vec![value], ..Effect::named(id).expect("known").nothing() });
+    let causes = hidden.map(|(id, value)| cause(id, value));
     let challenge = Challenge {
         seed: 41,
         data: DataKind::Logs,
