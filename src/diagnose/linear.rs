@@ -1,7 +1,7 @@
 //! Readings against a hypothesis: residuals, sensitivities, evidence.
 //!
-//! A hypothesis moves along some axes with a prior on each (`plausible`). Its evidence is Laplace's: the likelihood of the readings
-//! at the best coordinates, the prior there, and the share of the prior that the readings leave
+//! A hypothesis moves along some axes with a prior on each (`plausible`). Its evidence is Laplace's: the likelihood of the
+//! readings at the best coordinates, the prior there, and the share of the prior that the readings leave
 //! [MacKay, *Neural Computation* 4 (1992) 415–447]. The responses themselves are allowed an error of a few per cent, as
 //! unknowns with a prior of their own: a tyre is not the model's tyre.
 

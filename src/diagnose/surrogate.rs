@@ -302,12 +302,11 @@ impl Surrogate {
             _ => spots::places(scene, cases, clusters, &ways),
         };
         variants.extend(places.into_iter().map(Variant::spot));
-        let turned = |run: usize| ways[run].steps.iter().map(|step| step[2].abs()).sum::<f64>();
         let most_turning = clusters
             .iter()
             .map(|cluster| cluster.reference)
             .enumerate()
-            .max_by(|(_, a), (_, b)| turned(*a).total_cmp(&turned(*b)))
+            .max_by(|(_, a), (_, b)| ways[*a].turned().total_cmp(&ways[*b].turned()))
             .expect("a study has runs");
         let responses = vec![Responses::default(); clusters.len()];
         let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning };
@@ -615,8 +614,7 @@ impl Surrogate {
         let mut steps = way.steps.clone();
         self.responses[cluster].add(at, way, variants, &mut steps);
         let moved = |(step, given): (&Step, &Step)| length(&each(|c| step[c] - given[c]));
-        let turned: f64 = way.steps.iter().map(|step| step[2].abs()).sum();
-        steps.iter().zip(&way.steps).map(moved).sum::<f64>() / turned.max(f64::MIN_POSITIVE)
+        steps.iter().zip(&way.steps).map(moved).sum::<f64>() / way.turned().max(f64::MIN_POSITIVE)
     }
 }
 
@@ -862,9 +860,8 @@ impl Way {
     fn beside(&self, reference: &Case, case: &Case) -> Way {
         let count = self.steps.len();
         let (own, other) = (reference.reckoned(count), case.reckoned(count));
-        let turn = |steps: &mut dyn Iterator<Item = f64>| steps.map(f64::abs).sum::<f64>();
-        let turned = turn(&mut self.steps.iter().map(|step| step[2]));
-        let reckoned = turn(&mut own.windows(2).map(|pair| pair[1].heading - pair[0].heading));
+        let turned = self.turned();
+        let reckoned: f64 = own.windows(2).map(|pair| (pair[1].heading - pair[0].heading).abs()).sum();
         let share = if reckoned > 0.1 { turned / reckoned } else { 1.0 };
         let steps = self
             .steps
@@ -878,6 +875,11 @@ impl Way {
         let began = case.run.encoders.as_ref().map_or(self.began, |log| log.time[0]);
         let start = case.run.start.unwrap_or_default();
         Way { start, steps, began, lasts: case.duration(), hours: case.hours }
+    }
+
+    /// All that it turns, either way round \[rad\].
+    fn turned(&self) -> f64 {
+        self.steps.iter().map(|step| step[2].abs()).sum()
     }
 
     /// Progress at the end of each step, 1 at the end of the way.

@@ -9,6 +9,7 @@ const SPOT: &str = "floor_grip_patch";
 
 /// Components of a step that a response errs in, straight and turning.
 pub(super) const RELATIVE: usize = 6;
+
 /// What a variant is to a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Role {
