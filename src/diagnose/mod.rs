@@ -117,6 +117,8 @@ pub struct Study<'m> {
     options: Options,
     cases: Vec<Case>,
     clusters: Vec<Cluster>,
+    /// How many of them, the first ones, have runs that were not named to be held out.
+    campaign: usize,
     conditions: Vec<Condition>,
     variants: Vec<Variant>,
     /// How many of them do not depend on what was measured; those after are spots between the first ones.
@@ -160,9 +162,12 @@ impl<'m> Study<'m> {
             return Err(DiagnoseError::NothingToUse { left_out });
         }
         let (clusters, conditions) = case::clusters(&cases, scene.robot.tyre_growth != 0.0);
+        // Candidates, and what is plausible of them, are those of the runs that are explained. Cases that are held out come last,
+        // and so do their clusters.
+        let campaign = clusters.iter().filter(|cluster| cluster.reference < used).count();
         let mut variants = Variant::all(scene);
-        let mut surrogate = Surrogate::new(model, &cases, &clusters, &mut variants, library, progress)?;
-        let (features, speed) = surrogate.sizes(&clusters);
+        let mut surrogate = Surrogate::new(model, &cases, &clusters, campaign, &mut variants, library, progress)?;
+        let (features, speed) = surrogate.sizes(&clusters[..campaign]);
         for part in TwistPart::ALL {
             // A hundredth of the speed, or so many radians a metre.
             for (feature, size) in features.iter().filter(|(_, size)| *size > 1e-9) {
@@ -174,7 +179,7 @@ impl<'m> Study<'m> {
         let remembers = |cluster: &Cluster| {
             residue::of_last(scene, &cases[cluster.reference], &conditions[cluster.condition].label()).is_some()
         };
-        let in_doubt = !clusters.iter().all(remembers);
+        let in_doubt = !clusters[..campaign].iter().all(remembers);
         for (id, doubt) in CALIBRATED.into_iter().zip(calibrated(scene.robot.doubt)) {
             let known = variants.iter().find(|variant| variant.effect.id == id);
             if let Some(doubted) = known.filter(|_| in_doubt && doubt > 0.0).map(|variant| variant.doubted(doubt)) {
@@ -203,6 +208,7 @@ impl<'m> Study<'m> {
             options,
             cases,
             clusters,
+            campaign,
             conditions,
             first_variants: variants.len(),
             variants,
@@ -294,7 +300,7 @@ impl<'m> Study<'m> {
             let path = self.surrogate.path(cluster, self.clusters[cluster].reference, at, &self.variants);
             path[path.len() - 1].heading
         };
-        let turned = (0..self.clusters.len()).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
+        let turned = (0..self.campaign).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
         if turned {
             self.shape(at.clone().as_slice());
         }
@@ -469,7 +475,8 @@ impl<'m> Study<'m> {
         let looked_into = !places.is_empty();
         for (place, value) in places {
             for &distance in distances {
-                for place in spots::near(place, distance, &self.cases, &self.clusters, &self.surrogate.ways) {
+                let campaign = &self.clusters[..self.campaign];
+                for place in spots::near(place, distance, &self.cases, campaign, &self.surrogate.ways) {
                     if self.variants.iter().any(|variant| variant.place() == Some(place)) {
                         continue;
                     }

@@ -237,11 +237,12 @@ pub(super) type Coordinates = [(Axis, f64)];
 
 impl Surrogate {
     /// Simulates every run of `cases` as given, and every cluster under every variant; to `variants` come spots on the floor,
-    /// which need ways first.
+    /// which need ways first: those of the first clusters, so many as are the `campaign`'s.
     pub fn new(
         model: &dyn ForwardModel,
         cases: &[Case],
         clusters: &[Cluster],
+        campaign: usize,
         variants: &mut Vec<Variant>,
         library: Option<&Library>,
         progress: &(dyn Fn(usize, usize) + Sync),
@@ -299,10 +300,10 @@ impl Surrogate {
         let ways: Vec<Way> = ways.into_iter().map(|way| way.expect("every run is in a cluster")).collect();
         let places = match library {
             Some(library) if unknown == 0 => library.places.clone(),
-            _ => spots::places(scene, cases, clusters, &ways),
+            _ => spots::places(scene, cases, &clusters[..campaign], &ways),
         };
         variants.extend(places.into_iter().map(Variant::spot));
-        let most_turning = clusters
+        let most_turning = clusters[..campaign]
             .iter()
             .map(|cluster| cluster.reference)
             .enumerate()

@@ -1,7 +1,7 @@
 //! The diagnosis: hidden effects are found, clean robots are left alone, intervals hold, bad data say so.
 
 use std::sync::atomic::AtomicBool;
-use treadmark::dataset::Dataset;
+use treadmark::dataset::{Dataset, Protocol};
 use treadmark::diagnose::{DiagnoseError, Finding, Options, Study, Verdict};
 use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, score};
@@ -309,6 +309,28 @@ fn an_extension_is_worth_what_it_says_and_suffices() {
     let simulator = Simulator::new(&extended, &GO_ON);
     let mut study = Study::new(&[dataset], &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
     assert_eq!(study.diagnose().expect("it can be diagnosed").verdict, Verdict::Explained);
+}
+
+/// Runs that are held out are no part of the answer: not what they measured, and not where or how they were driven.
+#[test]
+fn runs_held_out_do_not_change_the_answer() {
+    let of = |seed, campaign| {
+        let (data, effects) = (DataKind::EndPoints, EffectsKind::One);
+        let challenge = Challenge { seed, data, effects, campaign, mismatch: false };
+        challenge.draw(&base(), &GO_ON).expect("it can be driven").dataset
+    };
+    let (squares, mut more) = (of(11, CampaignKind::Squares), of(12, CampaignKind::Full));
+    more.runs.retain(|run| matches!(run.protocol, Protocol::Circle { .. }));
+    assert!(!more.runs.is_empty());
+    let base = base();
+    let simulator = Simulator::new(&base, &GO_ON);
+    let ranking = |hold_out: &[Dataset]| -> Vec<(Vec<String>, u64)> {
+        let squares = std::slice::from_ref(&squares);
+        let mut study = Study::new(squares, hold_out, &simulator, Options::default(), None, &|_, _| {}).expect("data");
+        let ranking = study.diagnose().expect("it can be diagnosed").ranking;
+        ranking.into_iter().map(|it| (it.effects, it.log_evidence.to_bits())).collect()
+    };
+    assert_eq!(ranking(&[]), ranking(&[more]));
 }
 
 /// Thin data: one run, no repeats, blank headings. An answer, or that nothing can be told; never a panic.
