@@ -429,8 +429,7 @@ impl Surrogate {
         let mut causes: BTreeMap<usize, Vec<(Axis, f64)>> = BTreeMap::new();
         for &(axis, value) in at {
             let variant = &bench.variants[axis.variant];
-            let simulated = variant.is_cause() && !variant.effect.is_survey();
-            if simulated && !variant.coordinates[axis.coordinate].hourly {
+            if variant.is_physical() && !variant.coordinates[axis.coordinate].hourly {
                 causes.entry(axis.variant).or_default().push((axis, value));
             }
         }
