@@ -3,6 +3,7 @@
 use super::options::{SceneOptions, set_threads};
 use super::output;
 use super::watch::stop_on_ctrl_c;
+use crate::diagnose::Options;
 use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, Simulator, score};
 use crate::report::challenge as report;
 use clap::{Args, ValueEnum};
@@ -24,6 +25,9 @@ pub(super) struct Arguments {
     /// Draw the world with another tyre law than the diagnosis knows
     #[arg(long)]
     mismatch: bool,
+    /// Let the diagnosis keep to the model's law of tyres, also where another serves better
+    #[arg(long)]
+    hold_tyres: bool,
     /// Draw, diagnose and score a range of seeds
     #[arg(long)]
     score: bool,
@@ -95,7 +99,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         return Ok(());
     }
     let mut watch = |scored: &Scored| eprintln!("{}", report::line(scored));
-    let result = score(&scene, challenge, arguments.seeds.0..arguments.seeds.1, &mut watch, stop)?;
+    let options = Options { other_tyres: !arguments.hold_tyres, ..Options::default() };
+    let result = score(&scene, challenge, arguments.seeds.0..arguments.seeds.1, &options, &mut watch, stop)?;
     if arguments.scene.json {
         println!("{:#}", report::json(&result));
     } else {

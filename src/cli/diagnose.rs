@@ -38,6 +38,9 @@ pub(super) struct Arguments {
     /// Error that the model's responses are allowed, relative: a tyre is not the model's tyre
     #[arg(long, value_name = "SHARE", default_value_t = 0.03, allow_negative_numbers = true, value_parser = positive)]
     response_error: f64,
+    /// Keep to the model's law of tyres, also where another serves better
+    #[arg(long)]
+    hold_tyres: bool,
     /// Worker threads (default: one a core); results do not depend on it
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -76,6 +79,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let options = Options {
         most_causes: usize::from(arguments.most_causes),
         response_error: [arguments.response_error / 1.5, arguments.response_error],
+        other_tyres: !arguments.hold_tyres,
         ..Options::default()
     };
     let mut study = Study::new(&datasets, &hold_out, &simulator, options, None, &progress)?;
@@ -92,6 +96,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let extended = ExtendedModel {
         base,
+        contact: found.other_tyres.map(|tyres| tyres.contact),
         description: format!("treadmark diagnose: {:?}", found.verdict).to_lowercase(),
         causes: settings.into_iter().chain(found.causes.clone()).collect(),
         empirical: found.empirical.clone(),

@@ -19,8 +19,9 @@ pub(super) struct SceneOptions {
     #[arg(long = "set", value_name = "EFFECT.PARAMETER=VALUE")]
     pub settings: Vec<String>,
     /// How wheels meet the ground: rubber tyres on contact patches, or the engine's own rigid cylinders, for comparison
-    #[arg(long, value_enum, default_value_t = Tyre::Patch)]
-    pub tyre: Tyre,
+    /// (default: as the robot's model says, patches unless it says otherwise)
+    #[arg(long, value_enum)]
+    pub tyre: Option<Tyre>,
     /// Seed of all noise; the same seed gives the same bits
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
@@ -54,18 +55,24 @@ pub(super) enum Tyre {
     Rigid,
 }
 
+impl From<Tyre> for Contact {
+    fn from(tyre: Tyre) -> Contact {
+        match tyre {
+            Tyre::Patch => Contact::Patch,
+            Tyre::Rigid => Contact::Rigid,
+        }
+    }
+}
+
 impl SceneOptions {
     /// The scene that the options describe; notes on what loading it left out go to stderr.
     pub(super) fn scene(&self) -> anyhow::Result<Scene> {
-        let scene = load_scene(&self.robot, &self.world)?;
+        let mut scene = load_scene(&self.robot, &self.world)?;
         for note in &scene.robot.notes {
             eprintln!("note: {note}");
         }
+        scene.contact = self.tyre.map_or(scene.contact, Contact::from);
         let mut scene = Cause::edit_all(&Cause::from_settings(&self.settings, &scene)?, &scene);
-        scene.contact = match self.tyre {
-            Tyre::Patch => Contact::Patch,
-            Tyre::Rigid => Contact::Rigid,
-        };
         if self.no_survey_noise {
             scene.survey = scene.survey.noise_free();
         }

@@ -34,6 +34,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let folder = output::folder(arguments.scene.out.as_deref(), "table-one")?;
     let model = ExtendedModel {
+        contact: arguments.scene.tyre.map(crate::scene::Contact::from),
         base: arguments.scene.robot.clone(),
         description: "The robot that comes nearest to Table I of Bei, Ping & Gao".to_owned(),
         causes: best.causes.clone(),

@@ -3,7 +3,7 @@
 use crate::dataset::Run;
 use crate::geometry::Trace;
 use crate::odometry::OdometryParameters;
-use crate::scene::Scene;
+use crate::scene::{Contact, Scene};
 
 /// Predicts where the base of the robot was during a run. A diagnosis is handed one, and knows no engine.
 pub trait ForwardModel: Sync {
@@ -17,6 +17,36 @@ pub trait ForwardModel: Sync {
     /// # Errors
     /// It cannot be simulated.
     fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError>;
+}
+
+/// A model that begins from a scene of its own: what is given, or the same robot on other tyres.
+pub(super) struct Base<'m> {
+    model: &'m dyn ForwardModel,
+    scene: Scene,
+}
+
+impl<'m> Base<'m> {
+    /// The model as given.
+    pub fn of(model: &'m dyn ForwardModel) -> Base<'m> {
+        Base { model, scene: model.scene().clone() }
+    }
+
+    /// The same, where wheels meet the ground otherwise. What a campaign left of the one says nothing of the other.
+    pub fn on(&self, contact: Contact) -> Base<'m> {
+        let mut scene = Scene { contact, ..self.scene.clone() };
+        scene.robot.residues.clear();
+        Base { model: self.model, scene }
+    }
+}
+
+impl ForwardModel for Base<'_> {
+    fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError> {
+        self.model.trace(scene, run, counted)
+    }
 }
 
 /// A run that the model cannot predict.

@@ -2,9 +2,11 @@
 
 use super::case::Condition;
 use super::doubt;
+use super::variant::Axis;
 use super::verdict::convincing;
-use super::{DiagnoseError, Study};
+use super::{DiagnoseError, ForwardModel, Study, tyres};
 use crate::dataset::Protocol;
+use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
@@ -81,51 +83,49 @@ fn folds(study: &Study<'_>) -> (Vec<Vec<usize>>, String) {
 /// Held-out errors; `None` where nothing can be held out.
 pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError> {
     let everyone = study.counts.clone();
-    let noise = study.noise;
+    let mut other = study.on_other_tyres.take();
+    let noises = [Some(study.noise), other.as_ref().map(|other| other.noise)];
     let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
     let (folds, words) = if named.is_empty() {
         folds(study)
     } else {
         (vec![named], "the runs that were named to be held out".to_owned())
     };
+    let motion = study.model.scene().robot.doubt.motion;
     let mut errors = Vec::new();
     let mut likelihoods = [0.0; doubt::SHARES.len()];
     for fold in &folds {
-        study.counts = everyone.clone();
-        for &run in fold {
-            study.counts[run] = 0.0;
-        }
-        if study.counts.iter().all(|count| *count == 0.0) {
+        let counts: Vec<f64> =
+            everyone.iter().enumerate().map(|(run, count)| if fold.contains(&run) { 0.0 } else { *count }).collect();
+        if counts.iter().all(|count| *count == 0.0) {
             continue;
         }
-        // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
-        study.shape(&[]);
-        let mut known = study.search(&study.first_variants(), None);
-        if study.reshape(&known) {
-            known = study.search(&study.first_variants(), None);
-        }
-        let at = {
-            let explained = study.explained(known);
-            study.answered(convincing(&explained, &study.variants))
+        let own = answer(study, &counts);
+        let theirs = other.as_mut().map(|other| answer(other, &counts));
+        let (answering, at): (&Study<'_>, _) = match (&other, theirs) {
+            (Some(other), Some(theirs)) if theirs.weight + tyres::ANOTHER.ln() > own.weight => (other, theirs.at),
+            _ => (study, own.at),
         };
-        let mut of_fold = everyone.clone();
-        for (run, count) in of_fold.iter_mut().enumerate() {
-            *count *= f64::from(u8::from(fold.contains(&run)));
-        }
+        let of_fold: Vec<f64> = everyone.iter().zip(&counts).map(|(all, without)| all - without).collect();
         for (likelihood, share) in likelihoods.iter_mut().zip(doubt::SHARES) {
-            let share = share.max(study.model.scene().robot.doubt.motion);
-            *likelihood += study.problem_of(&study.noise, share, of_fold.clone()).log_likelihood(&at);
+            let share = share.max(motion);
+            *likelihood += answering.problem_of(&answering.noise, share, of_fold.clone()).log_likelihood(&at);
         }
-        let problem = study.problem(everyone.clone());
+        let (given, answered) = (study.problem(everyone.clone()), answering.problem(everyone.clone()));
         for (index, cluster) in study.clusters.iter().enumerate() {
+            let covariance = answering.shapes[index].covariance(&answering.noise);
             for &run in cluster.runs.iter().filter(|run| fold.contains(run)) {
-                errors.push(end_errors(study, &problem, index, run, &at));
+                let predicted = [given.predict(index, run, &[]), answered.predict(index, run, &at)];
+                errors.push(end_errors(study, run, predicted, &covariance));
             }
         }
     }
-    study.counts = everyone;
-    study.noise = noise;
-    study.shape(&[]);
+    for (study, noise) in std::iter::once(&mut *study).chain(other.as_deref_mut()).zip(noises.into_iter().flatten()) {
+        study.counts.clone_from(&everyone);
+        study.noise = noise;
+        study.shape(&[]);
+    }
+    study.on_other_tyres = other;
     if errors.is_empty() {
         return Ok(None);
     }
@@ -147,28 +147,38 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         heading_after: heading(1),
         interval: interval(&errors),
         noise_floor: root(&mut errors.iter().map(|e| e.floor)),
-        motion_error: motion_error.max(study.model.scene().robot.doubt.motion),
+        motion_error: motion_error.max(motion),
         held_out: words,
     }))
 }
 
-fn end_errors(
-    study: &Study<'_>,
-    problem: &super::linear::Problem<'_>,
-    cluster: usize,
-    run: usize,
-    at: &[(super::variant::Axis, f64)],
-) -> Errors {
+/// What some of the runs say without the others.
+struct Answer {
+    at: Vec<(Axis, f64)>,
+    /// ln of its evidence and prior, in terms that studies of the same runs share.
+    weight: f64,
+}
+
+/// The answer of the runs that count.
+fn answer(study: &mut Study<'_>, counts: &[f64]) -> Answer {
+    study.counts = counts.to_vec();
+    // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
+    study.shape(&[]);
+    let mut known = study.search(&study.first_variants(), None);
+    if study.reshape(&known) {
+        known = study.search(&study.first_variants(), None);
+    }
+    let explained = study.explained(known);
+    Answer { at: study.answered(convincing(&explained, &study.variants)), weight: study.weight(&explained) }
+}
+
+/// Errors of one run's end as predicted before and after; `covariance` is that of its readings' noise.
+fn end_errors(study: &Study<'_>, run: usize, predicted: [DVector<f64>; 2], covariance: &DMatrix<f64>) -> Errors {
     let observed = &study.observed[run];
     let parts = if study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some()) { 3 } else { 2 };
     let first = observed.len() - parts;
-    let off = |at: &[(super::variant::Axis, f64)]| {
-        let off = observed - problem.predict(cluster, run, at);
-        off.rows(first, parts).into_owned()
-    };
-    let (before, after) = (off(&[]), off(at));
-    let square = |v: &nalgebra::DVector<f64>| v[0] * v[0] + v[1] * v[1];
-    let covariance = study.shapes[cluster].covariance(&study.noise);
+    let [before, after] = predicted.map(|predicted| (observed - predicted).rows(first, parts).into_owned());
+    let square = |v: &DVector<f64>| v[0] * v[0] + v[1] * v[1];
     Errors {
         position: [square(&before), square(&after)],
         heading: (parts == 3).then(|| [before[2] * before[2], after[2] * after[2]]),

@@ -435,6 +435,12 @@ impl Problem<'_> {
         -0.5 * c - 0.5 * self.log_det_of_means(&linear)
     }
 
+    /// ln √det of the noise of all runs that count: what likelihoods under different noise differ by besides.
+    pub fn log_det_of_noise(&self) -> f64 {
+        let of = |(cluster, factor): (&Cluster, _)| cluster.count(&self.counts) * doubt::half_log_det(factor);
+        self.clusters.iter().zip(&self.factors).map(of).sum()
+    }
+
     /// Σ of squared whitened residuals of the clusters' means at `at`.
     pub fn left_of_means(&self, at: &Coordinates) -> f64 {
         let linear = self.linearise(at, &[]);

@@ -20,6 +20,7 @@ mod residue;
 mod search;
 mod spots;
 mod surrogate;
+mod tyres;
 mod variant;
 mod verdict;
 
@@ -29,6 +30,7 @@ pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
 pub use next::NextExperiment;
 pub use surrogate::Library;
+pub use tyres::OtherTyres;
 pub use verdict::{Blind, Diagnosis, Finding, Found, Misfit, MisfitCondition, Ranked, RunReadings, Verdict};
 
 use crate::dataset::Dataset;
@@ -36,6 +38,7 @@ use crate::effect::Cause;
 use crate::scene::{Doubt, TwistPart};
 use case::{Case, Cluster};
 use doubt::MotionError;
+use forward::Base;
 use linear::Problem;
 use nalgebra::DVector;
 use noise::Shapes;
@@ -65,6 +68,10 @@ fn calibrated(doubt: Doubt) -> [f64; 3] {
 /// as far again as it moves that of cylinders, and turns the robot three times as much.
 const STRANGE: f64 = 2.0;
 
+/// Strength of a misfit \[σ\] up to which responses that were simulated on other runs of the kind are exact enough: they are
+/// good to half a per cent.
+const CARRIED: f64 = 200.0;
+
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
 /// Times that they are, where a round moves them.
@@ -88,11 +95,13 @@ pub struct Options {
     pub response_error: [f64; 2],
     /// Sizes of the noise where they are known; learnt from repeated runs otherwise.
     pub noise: Option<NoiseModel>,
+    /// Whether wheels may meet the ground by another law than the model's, where the model is far off.
+    pub other_tyres: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { most_causes: 8, response_error: linear::RESPONSE_ERROR, noise: None }
+        Options { most_causes: 8, response_error: linear::RESPONSE_ERROR, noise: None, other_tyres: true }
     }
 }
 
@@ -113,8 +122,10 @@ pub enum DiagnoseError {
 
 /// Runs, predictions and responses: what a diagnosis works on.
 pub struct Study<'m> {
-    model: &'m dyn ForwardModel,
+    model: Base<'m>,
     options: Options,
+    /// Told how many simulations of how many are done.
+    progress: &'m (dyn Fn(usize, usize) + Sync),
     cases: Vec<Case>,
     clusters: Vec<Cluster>,
     /// How many of them, the first ones, have runs that were not named to be held out.
@@ -136,6 +147,20 @@ pub struct Study<'m> {
     /// Runs that were named to be held out.
     held_out: Vec<bool>,
     left_out: Vec<String>,
+    /// The same runs on other tyres, once the model as given was seen to be far off.
+    on_other_tyres: Option<Box<Study<'m>>>,
+    /// Responses on other tyres that are known.
+    other_library: Option<&'m Library>,
+}
+
+/// What was measured, and what is known of how.
+#[derive(Clone)]
+struct Runs {
+    cases: Vec<Case>,
+    /// How many of them, the first ones, were not named to be held out.
+    used: usize,
+    left_out: Vec<String>,
+    prior_noise: NoiseModel,
 }
 
 impl<'m> Study<'m> {
@@ -150,7 +175,7 @@ impl<'m> Study<'m> {
         model: &'m dyn ForwardModel,
         options: Options,
         library: Option<&Library>,
-        progress: &(dyn Fn(usize, usize) + Sync),
+        progress: &'m (dyn Fn(usize, usize) + Sync),
     ) -> Result<Study<'m>, DiagnoseError> {
         let scene = model.scene();
         let (mut cases, mut left_out) = case::cases(datasets, scene);
@@ -161,12 +186,31 @@ impl<'m> Study<'m> {
         if used == 0 {
             return Err(DiagnoseError::NothingToUse { left_out });
         }
+        let mut survey = scene.survey;
+        if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some())
+        {
+            survey.position_std = facts.position_std.unwrap_or(survey.position_std);
+            survey.heading_std = facts.heading_std.unwrap_or(survey.heading_std);
+        }
+        let runs = Runs { cases, used, left_out, prior_noise: NoiseModel::prior(&survey) };
+        Ok(Study::of(Base::of(model), runs, options, library, progress)?)
+    }
+
+    fn of(
+        model: Base<'m>,
+        runs: Runs,
+        options: Options,
+        library: Option<&Library>,
+        progress: &'m (dyn Fn(usize, usize) + Sync),
+    ) -> Result<Study<'m>, ForwardError> {
+        let Runs { cases, used, left_out, prior_noise } = runs;
+        let scene = model.scene();
         let (clusters, conditions) = case::clusters(&cases, scene.robot.tyre_growth != 0.0);
         // Candidates, and what is plausible of them, are those of the runs that are explained. Cases that are held out come last,
         // and so do their clusters.
         let campaign = clusters.iter().filter(|cluster| cluster.reference < used).count();
         let mut variants = Variant::all(scene);
-        let mut surrogate = Surrogate::new(model, &cases, &clusters, campaign, &mut variants, library, progress)?;
+        let mut surrogate = Surrogate::new(&model, &cases, &clusters, campaign, &mut variants, library, progress)?;
         let (features, speed) = surrogate.sizes(&clusters[..campaign]);
         for part in TwistPart::ALL {
             // A hundredth of the speed, or so many radians a metre.
@@ -193,18 +237,13 @@ impl<'m> Study<'m> {
         }
         let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
-        let mut survey = scene.survey;
-        if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some())
-        {
-            survey.position_std = facts.position_std.unwrap_or(survey.position_std);
-            survey.heading_std = facts.heading_std.unwrap_or(survey.heading_std);
-        }
-        let mut study = Study {
+        Ok(Study {
             model,
+            progress,
             counts: (0..cases.len()).map(|run| f64::from(u8::from(run < used))).collect(),
             held_out: (0..cases.len()).map(|run| run >= used).collect(),
-            prior_noise: NoiseModel::prior(&survey),
-            noise: options.noise.unwrap_or_else(|| NoiseModel::prior(&survey)),
+            prior_noise,
+            noise: options.noise.unwrap_or(prior_noise),
             options,
             cases,
             clusters,
@@ -217,9 +256,15 @@ impl<'m> Study<'m> {
             doubts: OnceLock::new(),
             observed,
             left_out,
-        };
-        study.noise = study.options.noise.unwrap_or(study.noise);
-        Ok(study)
+            on_other_tyres: None,
+            other_library: None,
+        })
+    }
+
+    /// Lets a study on other tyres know these responses.
+    pub fn knowing_other_tyres(mut self, library: Option<&'m Library>) -> Study<'m> {
+        self.other_library = library;
+        self
     }
 
     /// Lets each run count as so many alike, in the order of the datasets' runs; none may have been left out.
@@ -318,12 +363,6 @@ impl<'m> Study<'m> {
         const LOG_SCALES: [f64; 5] = [-0.25, 0.0, 0.25, 0.5, 0.75];
         const WITHIN: f64 = 15.0;
         let best = ranking.best().log_posterior;
-        let log_det = |problem: &Problem<'_>| -> f64 {
-            let of = |(cluster, factor): (&Cluster, &nalgebra::Cholesky<f64, nalgebra::Dyn>)| {
-                cluster.count(&self.counts) * doubt::half_log_det(factor)
-            };
-            self.clusters.iter().zip(&problem.factors).map(of).sum()
-        };
         let problems: Vec<(Problem<'_>, f64)> = LOG_SCALES
             .iter()
             .map(|scale| {
@@ -335,11 +374,11 @@ impl<'m> Study<'m> {
                     *size *= scale.exp();
                 }
                 let problem = self.problem_under(&noise, self.counts.clone());
-                let log_det = log_det(&problem);
+                let log_det = problem.log_det_of_noise();
                 (problem, log_det)
             })
             .collect();
-        let own = log_det(&self.problem(self.counts.clone()));
+        let own = self.problem(self.counts.clone()).log_det_of_noise();
         let nothing = ranking.nothing().set.clone();
         let leading: Vec<&mut search::Hypothesis> = ranking
             .hypotheses
@@ -413,6 +452,18 @@ impl<'m> Study<'m> {
     /// # Errors
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
+        let own = self.rank()?;
+        self.on_other_tyres = self.on_the_other_law(&own);
+        let Some(mut other) = self.on_other_tyres.take() else { return self.judge(&own) };
+        let theirs = other.rank()?;
+        let log_odds = tyres::log_odds(self, &own, &other, &theirs);
+        let diagnosis = if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(&own) };
+        self.on_other_tyres = Some(other);
+        diagnosis
+    }
+
+    /// Causes by evidence, the leading ones simulated where they are best.
+    fn rank(&mut self) -> Result<search::Ranking, DiagnoseError> {
         let mut ranking = self.search(&self.known_variants(), None);
         if self.reshape(&ranking) {
             ranking = self.search(&self.known_variants(), None);
@@ -430,9 +481,13 @@ impl<'m> Study<'m> {
                 break;
             }
         }
-        let ranking = self.explained(ranking);
-        let mut diagnosis = verdict::judge(self, &ranking)?;
-        diagnosis.next_experiment = self.next_experiment(&ranking, &diagnosis)?;
+        Ok(self.explained(ranking))
+    }
+
+    /// What is said of a ranking.
+    fn judge(&self, ranking: &search::Ranking) -> Result<Diagnosis, DiagnoseError> {
+        let mut diagnosis = verdict::judge(self, ranking)?;
+        diagnosis.next_experiment = self.next_experiment(ranking, &diagnosis)?;
         Ok(diagnosis)
     }
 
@@ -605,7 +660,7 @@ impl<'m> Study<'m> {
     /// The stand-in, and all that it simulates.
     fn bench(&mut self) -> (&mut Surrogate, Bench<'_>) {
         let Study { model, cases, clusters, variants, surrogate, .. } = self;
-        (surrogate, Bench { model: *model, cases, clusters, variants })
+        (surrogate, Bench { model, cases, clusters, variants })
     }
 
     /// Where an answer is, without what is in doubt of the model anyway. Where causes may act otherwise than the model has
@@ -629,6 +684,11 @@ impl<'m> Study<'m> {
     /// the smallest principal angle of their spans [Björck & Golub 1973, *Math. Comp.* 27].
     pub fn alike(&self) -> Vec<(String, String, f64)> {
         verdict::alike(self)
+    }
+
+    /// Whether the misfit is so weak that responses which were simulated on other runs of the kind are exact enough.
+    pub fn may_carry(&self) -> bool {
+        self.strength() < CARRIED
     }
 
     /// Strength of the whole misfit: the root of Σ of squared whitened residuals of the model as given.

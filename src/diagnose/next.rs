@@ -2,7 +2,7 @@
 
 use super::noise::Shapes;
 use super::surrogate::Way;
-use super::{DiagnoseError, Study};
+use super::{DiagnoseError, ForwardModel, Study};
 use crate::dataset::{Protocol, Rotation, Run, Travel};
 use crate::effect::Cause;
 use nalgebra::{Cholesky, DVector};

@@ -7,7 +7,7 @@
 use super::Study;
 use super::case::{Case, Cluster, Reading, near};
 use super::doubt;
-use super::forward::ForwardError;
+use super::forward::{ForwardError, ForwardModel};
 use super::linear::{self, flatten};
 use super::surrogate::{self, Way, compose};
 use super::variant::Axis;

@@ -556,6 +556,11 @@ impl Surrogate {
             .fold(f64::INFINITY, f64::min)
     }
 
+    /// The cluster whose runs turn the robot most, and the run that stands for it.
+    pub fn most_turning(&self) -> (usize, usize) {
+        self.most_turning
+    }
+
     /// The way of a run under a hypothesis: its steps' ends in the room, the start first.
     pub fn path(&self, cluster: usize, run: usize, at: &Coordinates, variants: &[Variant]) -> Vec<Pose2> {
         let way = &self.ways[run];
@@ -878,7 +883,7 @@ impl Way {
     }
 
     /// All that it turns, either way round \[rad\].
-    fn turned(&self) -> f64 {
+    pub fn turned(&self) -> f64 {
         self.steps.iter().map(|step| step[2].abs()).sum()
     }
 

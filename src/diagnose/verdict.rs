@@ -2,8 +2,9 @@
 
 use super::Study;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
+use super::tyres::OtherTyres;
 use super::variant::Variant;
-use super::{ForwardError, NextExperiment, residue};
+use super::{ForwardError, ForwardModel, NextExperiment, residue};
 use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
 use crate::geometry::Pose2;
@@ -46,6 +47,8 @@ pub struct Diagnosis {
     pub causes: Vec<Cause>,
     /// Terms of the body's twist, where a formula takes away what known causes leave.
     pub empirical: Vec<EmpiricalTerm>,
+    /// Another law of tyres that serves better than the model's, where there is one: the extended model has it.
+    pub other_tyres: Option<OtherTyres>,
     /// How far the answer is to be doubted in its turn, but for its motion, which [`super::Gain`] tells.
     pub doubt: Doubt,
     /// What the answer leaves of these runs, for the diagnosis of later ones.
@@ -253,6 +256,7 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, F
         noise: study.noise,
         causes: super::causes_of(variants, &answered),
         empirical: super::surrogate::terms(variants, &answered),
+        other_tyres: None,
         doubt: doubt(study, best),
         residues: residue::residues(study, &answered)?,
         next_experiment: None,
@@ -317,7 +321,7 @@ fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
 }
 
 /// Share by which turns or ways change under `at`, root mean square, whichever is greater.
-fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
+pub(super) fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
     let of = |component: usize| {
         let (mut changed, mut whole) = (0.0, 0.0);
         for (index, cluster) in study.clusters.iter().enumerate() {
@@ -458,7 +462,7 @@ pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 /// Mean residuals of the end poses, condition by condition.
-fn misfit(study: &Study<'_>) -> Misfit {
+pub(super) fn misfit(study: &Study<'_>) -> Misfit {
     let problem = study.problem(study.counts.clone());
     let mut conditions: Vec<MisfitCondition> = Vec::new();
     let (mut chi2, mut dof) = (0.0, 0);
@@ -500,7 +504,7 @@ fn misfit(study: &Study<'_>) -> Misfit {
 }
 
 /// Readings of every run beside those predicted as given and under `at`.
-fn run_readings(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> Vec<RunReadings> {
+pub(super) fn run_readings(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> Vec<RunReadings> {
     let scene = study.model.scene();
     let read = |cluster: usize, run: usize, at: &[(super::variant::Axis, f64)]| {
         let survey = study.surrogate.survey_of(scene, at, &study.variants);

@@ -4,7 +4,7 @@
 
 use super::{Choice, Effect, Family, Parameter, Prior};
 use crate::geometry::Pose2;
-use crate::scene::{GripRegion, RegionShape, Scene, Side, Wheel};
+use crate::scene::{Contact, GripRegion, RegionShape, Scene, Side, Wheel};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const fn normal(name: &'static str, meaning: &'static str, std_dev: f64, bound: f64) -> Parameter {
@@ -82,7 +82,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: SKID,
         parameters: &[normal("ratio_minus_one", "μ_y/μ_x − 1 over the model's", 0.05, 0.6)],
         choice: None,
-        applies: always,
+        applies: on_patches,
         edit: |scene, values, _| {
             for wheel in &mut scene.robot.wheels {
                 wheel.tyre.friction_across *= 1.0 + values[0];
@@ -150,7 +150,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[normal("ratio_minus_one", "b_eff/b_model − 1", 0.02, 0.5)],
         choice: None,
-        applies: always,
+        applies: |scene| on_patches(scene) || !two_axles(scene),
         edit: |scene, values, _| change_effective_track(scene, values[0]),
     },
     Effect {
@@ -350,6 +350,11 @@ fn always(_: &Scene) -> bool {
 
 fn two_axles(scene: &Scene) -> bool {
     scene.robot.wheelbase() > 0.0
+}
+
+/// Rigid cylinders grip alike in all directions.
+fn on_patches(scene: &Scene) -> bool {
+    scene.contact == Contact::Patch
 }
 
 fn scale_radii(scene: &mut Scene, factor: impl Fn(&Wheel) -> f64) {

@@ -3,6 +3,7 @@
 //! ```toml
 //! format = "treadmark-extended-robot/1"
 //! base = "jnpf_4wd"                    # a shipped robot or a model file, extended or not
+//! contact = "rigid"                    # how wheels meet the ground; not said: as in the base
 //!
 //! [[effects]]
 //! effect = "floor_slope"
@@ -23,7 +24,7 @@
 //! Every command takes one as `--robot`. It may hold edits of floor and survey, since that is where causes can lie.
 
 use super::{Cause, Effect, EffectError};
-use crate::scene::{Doubt, EmpiricalTerm, Residue, Scene};
+use crate::scene::{Contact, Doubt, EmpiricalTerm, Residue, Scene};
 use crate::strict;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -36,6 +37,8 @@ pub struct ExtendedModel {
     pub base: String,
     /// Where the causes come from, in a sentence; empty: not said.
     pub description: String,
+    /// How wheels meet the ground, where that is not as in the base.
+    pub contact: Option<Contact>,
     /// In the order in which they are applied.
     pub causes: Vec<Cause>,
     /// Terms without a physical cause.
@@ -57,6 +60,8 @@ struct File {
     #[serde(default, skip_serializing_if = "String::is_empty")]
     description: String,
     base: String,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    contact: Option<Contact>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     effects: Vec<BTreeMap<String, toml::Value>>,
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -84,6 +89,7 @@ pub fn load_scene(robot: &str, world: &str) -> Result<Scene, EffectError> {
     }
     let mut scene = Scene::load(&given, world)?;
     for (file, model) in extensions.into_iter().rev() {
+        scene.contact = model.contact.unwrap_or(scene.contact);
         for cause in &model.causes {
             cause
                 .check(&scene)
@@ -129,6 +135,7 @@ impl ExtendedModel {
         Ok(Some(ExtendedModel {
             base,
             description: parsed.description,
+            contact: parsed.contact,
             causes,
             empirical: parsed.empirical,
             doubt: parsed.doubt,
@@ -156,6 +163,7 @@ impl ExtendedModel {
             format: FORMAT.to_owned(),
             description: self.description.clone(),
             base: self.base.clone(),
+            contact: self.contact,
             effects,
             empirical: self.empirical.clone(),
             doubt: self.doubt,

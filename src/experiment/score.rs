@@ -1,6 +1,7 @@
 //! Scoring of hidden-effect challenges against an oracle that knows the true scene.
 
 use super::challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind, surveyed};
+use super::predict::predict;
 use super::simulator::Simulator;
 use super::stage::campaign;
 use crate::dataset::{Dataset, Run};
@@ -110,13 +111,10 @@ pub enum ScoreError {
     Diagnose(#[from] DiagnoseError),
 }
 
-/// Strength of a misfit \[σ\] up to which responses that were simulated on other runs of the kind are exact enough: they are
-/// good to half a per cent.
-const CARRIED: f64 = 200.0;
 /// ln of the odds within which the oracle holds effects for alike: 50.
 const ALIKE: f64 = 3.912_023_005_428_146;
 
-/// Draws, diagnoses and scores a range of seeds; `watch` is told of each.
+/// Draws, diagnoses with these options and scores a range of seeds; `watch` is told of each.
 ///
 /// # Errors
 /// A run that cannot be driven or diagnosed.
@@ -124,6 +122,7 @@ pub fn score(
     base: &Scene,
     challenge: Challenge,
     seeds: std::ops::Range<u64>,
+    options: &Options,
     watch: &mut dyn FnMut(&Scored),
     stop: &AtomicBool,
 ) -> Result<Score, ScoreError> {
@@ -132,14 +131,22 @@ pub fn score(
     base.robot.doubt = Doubt::default();
     let base = &base;
     let simulator = Simulator::new(base, stop);
-    let library = library(&simulator, challenge.campaign, challenge.data)?;
+    let on_tyres = |contact| -> Result<Library, ScoreError> {
+        let scene = Scene { contact, ..base.clone() };
+        library(&Simulator::new(&scene, stop), challenge.campaign, challenge.data)
+    };
+    let libraries = Libraries {
+        given: on_tyres(base.contact)?,
+        // In a world of the diagnosis' own tyres hardly any draw comes to asking for others.
+        other: challenge.mismatch.then(|| on_tyres(base.contact.other())).transpose()?,
+    };
     let mut draws = Vec::new();
     // Side by side, told in order.
     let seeds: Vec<u64> = seeds.collect();
     for seeds in seeds.chunks(rayon::current_num_threads()) {
         let scored: Vec<Scored> = seeds
             .par_iter()
-            .map(|&seed| one(base, &simulator, &library, Challenge { seed, ..challenge }, stop))
+            .map(|&seed| one(base, &simulator, &libraries, Challenge { seed, ..challenge }, options, stop))
             .collect::<Result<_, _>>()?;
         scored.iter().for_each(&mut *watch);
         draws.extend(scored);
@@ -164,7 +171,15 @@ pub fn planned(
     noise_free(scene, scene, kind, data, stop)
 }
 
-/// Responses of the robot as the diagnosis knows it, simulated once for all draws.
+/// Responses that are simulated once for all draws.
+struct Libraries {
+    /// On the tyres of the model.
+    given: Library,
+    /// On other tyres.
+    other: Option<Library>,
+}
+
+/// Responses of the robot as the diagnosis knows it.
 fn library(simulator: &Simulator<'_>, kind: CampaignKind, data: DataKind) -> Result<Library, ScoreError> {
     use crate::diagnose::ForwardModel;
     let scene = surveyed(simulator.scene());
@@ -213,8 +228,9 @@ fn noise_free(
 fn one(
     base: &Scene,
     simulator: &Simulator<'_>,
-    library: &Library,
+    libraries: &Libraries,
     challenge: Challenge,
+    options: &Options,
     stop: &AtomicBool,
 ) -> Result<Scored, ScoreError> {
     let draw = challenge.draw(base, stop)?;
@@ -223,22 +239,26 @@ fn one(
     let extended = match &draw.clean_dataset {
         None => None,
         Some(clean) => {
-            let mut study = study_of(clean, simulator, Some(library))?;
+            let mut study = study_of(clean, simulator, options, [Some(&libraries.given), libraries.other.as_ref()])?;
             let found = study.diagnose()?;
             let mut extended = Cause::edit_all(&found.causes, base);
             extended.empirical.extend(&found.empirical);
+            extended.contact = found.other_tyres.map_or(extended.contact, |tyres| tyres.contact);
             let motion = study.gain()?.map_or(0.0, |gain| gain.motion_error);
             extended.robot.doubt = Doubt { motion, ..found.doubt };
             extended.robot.residues = found.residues;
-            Some((Simulator::new(&extended, stop), found.doubt.response))
+            let [given, other] = [Some(&libraries.given), libraries.other.as_ref()];
+            let known = if found.other_tyres.is_none() { [given, other] } else { [other, given] };
+            // A model that was moved by more than responses may err answers causes otherwise.
+            let is_near = found.doubt.response < options.response_error[1];
+            Some((Simulator::new(&extended, stop), known.map(|library| library.filter(|_| is_near))))
         }
     };
-    // A model that was moved by more than responses may err answers causes otherwise.
     let (model, known) = match &extended {
-        None => (simulator, Some(library)),
-        Some((model, correction)) => (model, (*correction < Options::default().response_error[1]).then_some(library)),
+        None => (simulator, [Some(&libraries.given), None]),
+        Some((model, known)) => (model, *known),
     };
-    let mut study = study_of(&draw.dataset, model, known)?;
+    let mut study = study_of(&draw.dataset, model, options, known)?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
     let held_out = study.gain()?;
@@ -253,11 +273,17 @@ fn one(
         scatter: draw.clean.scatter,
         clock_std: 0.0,
     };
-    let options = Options { noise: Some(known), response_error: [0.0; 2], ..Options::default() };
+    let sure = Options { noise: Some(known), response_error: [0.0; 2], ..Options::default() };
     let truth_simulator = Simulator::new(&draw.clean, stop);
+    let of_world = if draw.clean.contact == base.contact { Some(&libraries.given) } else { libraries.other.as_ref() };
     let truth_model = if challenge.mismatch { &truth_simulator } else { simulator };
     let of_oracle = oracle_error(&draw.dataset, &dataset);
-    let oracle = Study::new(&[dataset], &[], truth_model, options, Some(library), &|_, _| {})?.repeated(&counts);
+    // What a replay gets wrong of its own world is no response: the oracle is shown the world's replay, not its drive.
+    let dataset = match challenge.data {
+        DataKind::Logs => predict(&dataset, &Simulator::new(&draw.world, stop))?.0,
+        DataKind::EndPoints => dataset,
+    };
+    let oracle = Study::new(&[dataset], &[], truth_model, sure, of_world, &|_, _| {})?.repeated(&counts);
     let mut scored = judge(&challenge, &draw, &diagnosis, &oracle, seconds);
     if scored.strength >= 5.0 && challenge.effects != EffectsKind::None {
         scored.gain = held_out.map(|gain| {
@@ -268,15 +294,18 @@ fn one(
     Ok(scored)
 }
 
-/// What the command works on: `known` responses serve where the misfit is not so strong that they have to be simulated anew.
+/// What the command works on: `known` responses, on the model's tyres and on others, serve where the misfit is not so strong
+/// that they have to be simulated anew.
 fn study_of<'m>(
     dataset: &Dataset,
     model: &'m Simulator<'_>,
-    known: Option<&Library>,
+    options: &Options,
+    [known, other]: [Option<&'m Library>; 2],
 ) -> Result<Study<'m>, DiagnoseError> {
-    let of = |known| Study::new(std::slice::from_ref(dataset), &[], model, Options::default(), known, &|_, _| {});
+    let of = |known| Study::new(std::slice::from_ref(dataset), &[], model, options.clone(), known, &|_, _| {});
     let study = of(known)?;
-    if known.is_some() && study.strength() > CARRIED { of(None) } else { Ok(study) }
+    let study = if known.is_some() && !study.may_carry() { of(None)? } else { study };
+    Ok(study.knowing_other_tyres(other))
 }
 
 /// RMS distance of surveyed ends from the truth's without noise \[m\]: what an oracle leaves.

@@ -267,6 +267,7 @@ fn diagnosed() -> Diagnosis {
         noise: NoiseModel::prior(&Survey::default()),
         causes: Vec::new(),
         empirical: Vec::new(),
+        other_tyres: None,
         doubt: crate::scene::Doubt::default(),
         residues: Vec::new(),
         next_experiment: None,

@@ -5,6 +5,7 @@ use super::grid::Grid;
 use super::text::{Style, parameter};
 use crate::calibrate::Parameter;
 use crate::diagnose::{Blind, Diagnosis, Finding, Gain, Verdict};
+use crate::scene::Contact;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
@@ -21,6 +22,9 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     let _ = writeln!(out, "{}\n", answer(diagnosis));
     let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Terminal) };
     out.push_str(&draw(findings(diagnosis)));
+    if let Some(words) = tyres(diagnosis) {
+        let _ = writeln!(out, "{words}");
+    }
     let _ = writeln!(out, "{}", worth(gain));
     if let Some(words) = next(diagnosis) {
         let _ = writeln!(out, "Next experiment: {words}");
@@ -46,6 +50,9 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
 /// The same in short, for the recording's text panel.
 pub fn markdown(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     let mut out = format!("**{}**\n\n{}\n\n", answer(diagnosis), worth(gain));
+    if let Some(words) = tyres(diagnosis) {
+        let _ = writeln!(out, "{words}\n");
+    }
     let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Markdown) };
     out.push_str(&draw(findings(diagnosis)));
     out.push_str(&draw(ranking(diagnosis)));
@@ -110,6 +117,22 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
             }
         }
     }
+}
+
+/// That the tyres are not the model's, where they are not.
+pub(super) fn tyres(diagnosis: &Diagnosis) -> Option<String> {
+    let other = diagnosis.other_tyres?;
+    let law = |contact: Contact| match contact {
+        Contact::Patch => "on patches of rubber",
+        Contact::Rigid => "like rigid cylinders",
+    };
+    Some(format!(
+        "Tyres: these wheels meet the ground {}, not {} as the model has it: e^{:.0} times likelier. The answer stands on that, \
+         and so does the extended model.",
+        law(other.contact),
+        law(other.contact.other()),
+        other.log_odds
+    ))
 }
 
 /// A finding with its wheel or side.

@@ -8,6 +8,7 @@ use crate::experiment::sweep::{Merged, Swept};
 use crate::experiment::{Candidate, Experiment, MethodResult, SideResult, Stage};
 use crate::geometry::Pose2;
 use crate::odometry::OdometryCorrection;
+use crate::scene::Contact;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -69,9 +70,16 @@ pub struct DiagnosisJson {
     next_experiment: Option<NextJson>,
     gain: Option<GainJson>,
     empirical: Vec<String>,
+    other_tyres: Option<OtherTyresJson>,
     noise: NoiseJson,
     left_out: Vec<String>,
     extended_model: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct OtherTyresJson {
+    contact: Contact,
+    log_odds: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -233,6 +241,9 @@ impl DiagnosisJson {
                 held_out: gain.held_out.clone(),
             }),
             empirical: diagnosis.empirical.iter().map(ToString::to_string).collect(),
+            other_tyres: diagnosis
+                .other_tyres
+                .map(|other| OtherTyresJson { contact: other.contact, log_odds: other.log_odds }),
             noise: NoiseJson {
                 position_std_m: noise.position_std,
                 heading_std_rad: noise.heading_std,

@@ -26,6 +26,8 @@ pub use survey::{Scatter, Survey};
 pub use tyre::Tyre;
 pub use whole::RoundWheel;
 
+use serde::{Deserialize, Serialize};
+
 /// Standard gravity \[m/s²\] (CGPM 1901).
 pub const GRAVITY: f64 = 9.80665;
 
@@ -60,7 +62,8 @@ pub struct Tether {
 }
 
 /// How a wheel meets the ground.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
 pub enum Contact {
     /// A patch of bristles under parabolic pressure: the rubber tyre.
     #[default]
@@ -72,6 +75,16 @@ pub enum Contact {
 /// Default length of a simulation step \[s\]: halving it moves no 4 m end pose by more than 0.1 mm and 0.1 mrad (test
 /// `analytic::halving_the_step`).
 pub const DEFAULT_TIME_STEP: f64 = 2.5e-3;
+
+impl Contact {
+    /// The other law.
+    pub fn other(self) -> Contact {
+        match self {
+            Contact::Patch => Contact::Rigid,
+            Contact::Rigid => Contact::Patch,
+        }
+    }
+}
 
 impl Scene {
     /// Reads a robot and a world, each a file or the name of a shipped one, under the default survey and scatter.

@@ -16,7 +16,7 @@ use treadmark::effect::{Cause, EFFECTS, Effect, EffectError, ExtendedModel, Prio
 use treadmark::geometry::Pose2;
 use treadmark::odometry::DeadReckoning;
 use treadmark::scene::{
-    Doubt, EmpiricalTerm, Feature, GRAVITY, NoiseModel, Residue, Scatter, Scene, Side, TwistPart, Tyre,
+    Contact, Doubt, EmpiricalTerm, Feature, GRAVITY, NoiseModel, Residue, Scatter, Scene, Side, TwistPart, Tyre,
 };
 use treadmark::world::{Patch, PatchMotion, Play, WheelSnapshot, World};
 
@@ -1061,6 +1061,7 @@ fn an_extended_model_reads_as_it_was_written() {
         let term = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedTime, coefficient: 0.1 + 0.2 };
         let model = |base: &str, causes: &[Cause], empirical: &[EmpiricalTerm]| ExtendedModel {
             base: base.to_owned(),
+            contact: None,
             description: "a \"test\"".to_owned(),
             causes: causes.to_vec(),
             empirical: empirical.to_vec(),
@@ -1082,6 +1083,12 @@ fn an_extended_model_reads_as_it_was_written() {
         read.robot.file.clone_from(&expected.robot.file);
         assert_eq!(format!("{read:?}"), format!("{expected:?}"));
     }
+    let hard = folder.path().join("hard.toml");
+    let text = "format = \"treadmark-extended-robot/1\"\nbase = \"jnpf_4wd\"\ncontact = \"rigid\"\n";
+    std::fs::write(&hard, text).expect("it can be written");
+    let read = ExtendedModel::read(&hard).expect("it reads").expect("it is one");
+    assert_eq!(read.to_toml().matches("contact = \"rigid\"").count(), 1);
+    assert_eq!(load_scene(&hard.to_string_lossy(), "lab_floor").expect("it reads").contact, Contact::Rigid);
     let refused = |text: &str, parts: &[&str]| {
         let path = folder.path().join("bad.toml");
         std::fs::write(&path, format!("format = \"treadmark-extended-robot/1\"\n{text}")).expect("it can be written");
@@ -1093,6 +1100,9 @@ fn an_extended_model_reads_as_it_was_written() {
     };
     refused("base = \"bad.toml\"", &["in a circle"]);
     refused("base = \"jnpf_4wd\"\nbasis = 1", &["line 3", "basis"]);
+    refused("base = \"jnpf_4wd\"\ncontact = \"soft\"", &["line 3", "soft", "patch", "rigid"]);
+    let across = "[[effects]]\neffect = \"tyre_grip_anisotropy\"\nratio_minus_one = 0.1";
+    refused(&format!("base = \"jnpf_4wd\"\ncontact = \"rigid\"\n{across}"), &["tyre_grip_anisotropy", "does not have"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"tilt\"", &["`tilt`: no such effect"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\ngradient = 1", &["no such effect"]);
     let odd = "base = \"jnpf_4wd\"\n[[residue]]\ncondition = \"spin\"\nstart = [0.0, 0.0, 0.0]\nruns = 5\nat = [1.0]\nx = [0.0]\n\

@@ -4,6 +4,7 @@ use super::key::{Target, Value};
 use super::plan::{Plan, PointKind, ProtocolKind};
 use crate::calibrate::Method;
 use crate::dataset::{DatasetError, Protocol, Rotation, SurveyedPose, Travel};
+use crate::diagnose::Options;
 use crate::drive::{self, DriveError, Observer, SimulatedRun, Task};
 use crate::experiment::{
     self, CampaignKind, Challenge, DataKind, EffectsKind, ExperimentError, Stage, StageRun, Watch,
@@ -197,8 +198,9 @@ impl Job<'_> {
             },
             mismatch: plan.mismatch,
         };
-        let score = experiment::score(&self.scene, challenge, self.seed..self.seed + 1, &mut |_| {}, stop)
-            .map_err(|error| error.to_string())?;
+        let score =
+            experiment::score(&self.scene, challenge, self.seed..self.seed + 1, &Options::default(), &mut |_| {}, stop)
+                .map_err(|error| error.to_string())?;
         let scored = score.draws.first().ok_or("nothing was drawn")?;
         let count = |value: usize| Cell::Whole(value as u64);
         let cells = vec![

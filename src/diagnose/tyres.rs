@@ -1,0 +1,135 @@
+//! Whether wheels meet the ground as the model has it at all.
+//!
+//! A rubber tyre on its patch and a hard wheel on its edges answer the same causes otherwise, and no coordinate leads from the
+//! one to the other: friction can give a patch the track of a rigid cylinder, but then a load turns the robot five times as
+//! much. So where a model has to be moved by more than its responses may err, the whole diagnosis is made a second time under
+//! the other law, and the likelier one stands. What goes by a name of the catalogue then is the class `effective_track`.
+
+use super::search::{Ranking, axes_of};
+use super::verdict::{self, Diagnosis, Finding, Found, Verdict};
+use super::{DiagnoseError, ForwardModel, Runs, Study};
+use crate::effect::Effect;
+use crate::scene::{Contact, EmpiricalTerm, Feature, TwistPart};
+
+/// Chance beforehand that wheels meet the ground by another law than the model's.
+pub(super) const ANOTHER: f64 = 0.03;
+/// The class that stands for whatever makes the track.
+const CLASS: &str = "effective_track";
+
+/// Another law of tyres that serves better than the model's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OtherTyres {
+    /// The law.
+    pub contact: Contact,
+    /// ln of its odds over the model's own.
+    pub log_odds: f64,
+}
+
+impl<'m> Study<'m> {
+    /// The same runs under the other law, where the best answer moves the model by more than responses may err or leaves much.
+    pub(super) fn on_the_other_law(&self, own: &Ranking) -> Option<Box<Study<'m>>> {
+        let best = own.best();
+        let is_far = || {
+            verdict::correction(self, &best.fit.at) > self.options.response_error[1] || verdict::leaves_much(self, best)
+        };
+        if !self.options.other_tyres || !is_far() {
+            return None;
+        }
+        let other = self.contact().other();
+        let of = |library| {
+            let runs = Runs {
+                cases: self.cases.clone(),
+                used: self.held_out.iter().filter(|held_out| !**held_out).count(),
+                left_out: self.left_out.clone(),
+                prior_noise: self.prior_noise,
+            };
+            // A robot that cannot be driven so is no such robot.
+            let mut study = Study::of(self.model.on(other), runs, self.options.clone(), library, self.progress).ok()?;
+            study.counts.clone_from(&self.counts);
+            Some(Box::new(study))
+        };
+        let known = self.other_library.and_then(|library| of(Some(library))).filter(|study| study.may_carry());
+        known.or_else(|| of(None))
+    }
+
+    fn contact(&self) -> Contact {
+        self.model.scene().contact
+    }
+
+    /// ln of the evidence of the best answer with its prior, in terms that studies of the same runs share.
+    pub(super) fn weight(&self, ranking: &Ranking) -> f64 {
+        ranking.best().log_posterior - self.problem(self.counts.clone()).log_det_of_noise()
+    }
+}
+
+/// ln of the odds of another law over the model's own, each by its best answer.
+pub(super) fn log_odds(given: &Study<'_>, own: &Ranking, other: &Study<'_>, theirs: &Ranking) -> f64 {
+    ANOTHER.ln() + other.weight(theirs) - given.weight(own)
+}
+
+/// The answer under another law: what is wrong is so of the model as given, and that its law makes another track is named.
+pub(super) fn judge(
+    given: &Study<'_>,
+    other: &Study<'_>,
+    ranking: &Ranking,
+    log_odds: f64,
+) -> Result<Diagnosis, DiagnoseError> {
+    let mut diagnosis = other.judge(ranking)?;
+    diagnosis.other_tyres = Some(OtherTyres { contact: other.contact(), log_odds });
+    diagnosis.misfit = verdict::misfit(given);
+    for (run, as_given) in diagnosis.runs.iter_mut().zip(verdict::run_readings(given, &[])) {
+        run.before = as_given.before;
+    }
+    // The same counts turn the robot by so much under each law.
+    let (_, most_turning) = given.surrogate.most_turning();
+    let [was, is] = [given, other].map(|study| study.surrogate.ways[most_turning].turned());
+    let ratio = was / is.max(f64::MIN_POSITIVE) - 1.0;
+    let Some(std_dev) = track_std_dev(other, ranking).filter(|std_dev| ratio.abs() > verdict::SHOWN * std_dev) else {
+        return Ok(diagnosis);
+    };
+    if diagnosis.verdict == Verdict::Unexplained {
+        return Ok(diagnosis);
+    }
+    let sure = 1.0 / (1.0 + (-log_odds).exp());
+    let found = diagnosis.findings.iter_mut().find(|finding| finding.effect == CLASS);
+    match found.and_then(|finding| finding.parameters.first_mut()) {
+        Some(found) => found.value = (1.0 + ratio) * (1.0 + found.value) - 1.0,
+        None => {
+            let effect = Effect::named(CLASS).expect("it is in the catalogue");
+            diagnosis.findings.push(Finding {
+                effect: effect.id,
+                choice: String::new(),
+                parameters: vec![Found { name: effect.parameters[0].name, value: ratio, std_dev: Some(std_dev) }],
+                probability: sure,
+                confounded_with: Vec::new(),
+            });
+        }
+    }
+    if diagnosis.verdict == Verdict::Explained {
+        diagnosis.verdict = Verdict::Named;
+    }
+    for answer in diagnosis.ranking.iter_mut().filter(|answer| !answer.effects.iter().any(|name| name == CLASS)) {
+        answer.effects.insert(0, CLASS.to_owned());
+    }
+    for (effect, probability) in &mut diagnosis.probabilities {
+        match *effect {
+            None => *probability *= 1.0 - sure,
+            Some(CLASS) => *probability = probability.max(sure),
+            Some(_) => {}
+        }
+    }
+    Ok(diagnosis)
+}
+
+/// How well the runs know the track: σ of a yaw rate that is off in proportion, beside the best answer; `None` where nothing
+/// turns.
+fn track_std_dev(study: &Study<'_>, ranking: &Ranking) -> Option<f64> {
+    let is_track = |term: EmpiricalTerm| term.part == TwistPart::Yaw && term.feature == Feature::YawRate;
+    let variant = study.variants.iter().position(|variant| variant.term().is_some_and(is_track))?;
+    let best = ranking.best();
+    let mut set = best.set.clone();
+    set.insert(variant);
+    let fit = study.problem(study.counts.clone()).fit(&axes_of(&study.variants, &set), &best.fit.at);
+    let place = fit.at.iter().position(|(axis, _)| axis.variant == variant)?;
+    Some(fit.covariance[(place, place)].sqrt())
+}
