@@ -45,7 +45,8 @@ use noise::Shapes;
 use rayon::prelude::*;
 use residue::Memory;
 use std::sync::OnceLock;
-use surrogate::{Bench, Surrogate};
+use surrogate::{Bench, Candidates, Surrogate};
+use tyres::OtherLaw;
 use variant::Variant;
 
 /// Terms of a formula.
@@ -193,14 +194,14 @@ impl<'m> Study<'m> {
             survey.heading_std = facts.heading_std.unwrap_or(survey.heading_std);
         }
         let runs = Runs { cases, used, left_out, prior_noise: NoiseModel::prior(&survey) };
-        Ok(Study::of(Base::of(model), runs, options, library, progress)?)
+        Ok(Study::of(Base::of(model), runs, Candidates::All(library), options, progress)?)
     }
 
     fn of(
         model: Base<'m>,
         runs: Runs,
+        candidates: Candidates<'_>,
         options: Options,
-        library: Option<&Library>,
         progress: &'m (dyn Fn(usize, usize) + Sync),
     ) -> Result<Study<'m>, ForwardError> {
         let Runs { cases, used, left_out, prior_noise } = runs;
@@ -210,7 +211,10 @@ impl<'m> Study<'m> {
         // and so do their clusters.
         let campaign = clusters.iter().filter(|cluster| cluster.reference < used).count();
         let mut variants = Variant::all(scene);
-        let mut surrogate = Surrogate::new(&model, &cases, &clusters, campaign, &mut variants, library, progress)?;
+        if let Candidates::Calibrated = candidates {
+            variants.retain(|variant| CALIBRATED.contains(&variant.effect.id));
+        }
+        let mut surrogate = Surrogate::new(&model, &cases, &clusters, campaign, &mut variants, candidates, progress)?;
         let (features, speed) = surrogate.sizes(&clusters[..campaign]);
         for part in TwistPart::ALL {
             // A hundredth of the speed, or so many radians a metre.
@@ -452,22 +456,29 @@ impl<'m> Study<'m> {
     /// # Errors
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
-        let own = self.rank()?;
-        self.on_other_tyres = self.on_the_other_law(&own);
-        let Some(mut other) = self.on_other_tyres.take() else { return self.judge(&own) };
-        let theirs = other.rank()?;
+        let mut own = self.first_look();
+        let other = self.other_law(&own);
+        if !other.as_ref().is_some_and(|other| other.is_sure) {
+            own = self.refined(own)?;
+        }
+        let Some(OtherLaw { study: mut other, .. }) = other else { return self.judge(&own) };
+        let first = other.first_look();
+        let theirs = other.refined(first)?;
         let log_odds = tyres::log_odds(self, &own, &other, &theirs);
         let diagnosis = if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(&own) };
         self.on_other_tyres = Some(other);
         diagnosis
     }
 
+    /// Causes by evidence, by what was simulated of each at first.
+    fn first_look(&mut self) -> search::Ranking {
+        let ranking = self.search(&self.known_variants(), None);
+        if self.reshape(&ranking) { self.search(&self.known_variants(), None) } else { ranking }
+    }
+
     /// Causes by evidence, the leading ones simulated where they are best.
-    fn rank(&mut self) -> Result<search::Ranking, DiagnoseError> {
-        let mut ranking = self.search(&self.known_variants(), None);
-        if self.reshape(&ranking) {
-            ranking = self.search(&self.known_variants(), None);
-        }
+    fn refined(&mut self, first: search::Ranking) -> Result<search::Ranking, DiagnoseError> {
+        let mut ranking = first;
         // The stand-in is made exact where the leading answers are, and asked again.
         for (round, distances) in spots::ROUNDS.into_iter().enumerate() {
             let before = ranking.best().log_posterior;

@@ -33,6 +33,15 @@ pub(super) struct Bench<'a> {
     pub variants: &'a [Variant],
 }
 
+/// What a study looks for.
+#[derive(Clone, Copy)]
+pub(super) enum Candidates<'l> {
+    /// What a calibration finds, which is quickly simulated.
+    Calibrated,
+    /// All; responses that are known are not simulated again.
+    All(Option<&'l Library>),
+}
+
 /// The stand-in for a set of runs.
 pub(super) struct Surrogate {
     pub survey: Survey,
@@ -244,10 +253,11 @@ impl Surrogate {
         clusters: &[Cluster],
         campaign: usize,
         variants: &mut Vec<Variant>,
-        library: Option<&Library>,
+        candidates: Candidates<'_>,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) -> Result<Surrogate, ForwardError> {
         let scene = model.scene();
+        let library = if let Candidates::All(library) = candidates { library } else { None };
         // Without a log all runs of a cluster are one simulation.
         let jobs: Vec<(usize, usize)> = clusters
             .iter()
@@ -298,9 +308,10 @@ impl Surrogate {
             }
         }
         let ways: Vec<Way> = ways.into_iter().map(|way| way.expect("every run is in a cluster")).collect();
-        let places = match library {
-            Some(library) if unknown == 0 => library.places.clone(),
-            _ => spots::places(scene, cases, &clusters[..campaign], &ways),
+        let places = match candidates {
+            Candidates::Calibrated => Vec::new(),
+            Candidates::All(Some(library)) if unknown == 0 => library.places.clone(),
+            Candidates::All(_) => spots::places(scene, cases, &clusters[..campaign], &ways),
         };
         variants.extend(places.into_iter().map(Variant::spot));
         let most_turning = clusters[..campaign]

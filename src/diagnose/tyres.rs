@@ -2,17 +2,24 @@
 //!
 //! A rubber tyre on its patch and a hard wheel on its edges answer the same causes otherwise, and no coordinate leads from the
 //! one to the other: friction can give a patch the track of a rigid cylinder, but then a load turns the robot five times as
-//! much. So where a model has to be moved by more than its responses may err, the whole diagnosis is made a second time under
-//! the other law, and the likelier one stands. What goes by a name of the catalogue then is the class `effective_track`.
+//! much. So where a model has to be moved by more than its responses may err, and a calibration does not do clearly worse under
+//! the other law, the whole diagnosis is made a second time there, and the likelier one stands. What goes by a name of the catalogue then is the class `effective_track`.
 
 use super::search::{Ranking, axes_of};
+use super::surrogate::Candidates;
+use super::variant::Variant;
 use super::verdict::{self, Diagnosis, Finding, Found, Verdict};
-use super::{DiagnoseError, ForwardModel, Runs, Study};
+use super::{CALIBRATED, DiagnoseError, ForwardError, ForwardModel, Runs, Study};
 use crate::effect::Effect;
 use crate::scene::{Contact, EmpiricalTerm, Feature, TwistPart};
 
 /// Chance beforehand that wheels meet the ground by another law than the model's.
 pub(super) const ANOTHER: f64 = 0.03;
+/// ln of the odds by which a calibration may do worse under the other law before it is not worth a look: causes that it leaves
+/// out are there in both.
+const SLACK: f64 = 10.0;
+/// ln of the odds by which it has to do better there than all causes do here to need no closer look at them.
+const SURE: f64 = 30.0;
 /// The class that stands for whatever makes the track.
 const CLASS: &str = "effective_track";
 
@@ -25,9 +32,18 @@ pub struct OtherTyres {
     pub log_odds: f64,
 }
 
+/// The same runs under the other law.
+pub(super) struct OtherLaw<'m> {
+    pub study: Box<Study<'m>>,
+    /// Whether a calibration alone serves so much better there than anything does under the model's own law that it is not
+    /// worth a closer look.
+    pub is_sure: bool,
+}
+
 impl<'m> Study<'m> {
-    /// The same runs under the other law, where the best answer moves the model by more than responses may err or leaves much.
-    pub(super) fn on_the_other_law(&self, own: &Ranking) -> Option<Box<Study<'m>>> {
+    /// The same runs under the other law, where the best answer moves the model by more than responses may err or leaves much,
+    /// and a calibration, of any track, does not do clearly worse there.
+    pub(super) fn other_law(&mut self, own: &Ranking) -> Option<OtherLaw<'m>> {
         let best = own.best();
         let is_far = || {
             verdict::correction(self, &best.fit.at) > self.options.response_error[1] || verdict::leaves_much(self, best)
@@ -35,21 +51,29 @@ impl<'m> Study<'m> {
         if !self.options.other_tyres || !is_far() {
             return None;
         }
-        let other = self.contact().other();
-        let of = |library| {
-            let runs = Runs {
-                cases: self.cases.clone(),
-                used: self.held_out.iter().filter(|held_out| !**held_out).count(),
-                left_out: self.left_out.clone(),
-                prior_noise: self.prior_noise,
-            };
-            // A robot that cannot be driven so is no such robot.
-            let mut study = Study::of(self.model.on(other), runs, self.options.clone(), library, self.progress).ok()?;
-            study.counts.clone_from(&self.counts);
-            Some(Box::new(study))
+        // A robot that cannot be driven so is no such robot.
+        let mut calibrated = self.under_the_other(Candidates::Calibrated).ok()?;
+        let [here, there] = [calibration(self), calibration(&mut calibrated)];
+        if there < here - SLACK {
+            return None;
+        }
+        let known = self.other_library.and_then(|known| self.under_the_other(Candidates::All(Some(known))).ok());
+        let known = known.filter(|study| study.may_carry());
+        let study = known.map_or_else(|| self.under_the_other(Candidates::All(None)), Ok).ok()?;
+        Some(OtherLaw { study: Box::new(study), is_sure: there + ANOTHER.ln() > self.weight(own) + SURE })
+    }
+
+    fn under_the_other(&self, candidates: Candidates<'_>) -> Result<Study<'m>, ForwardError> {
+        let runs = Runs {
+            cases: self.cases.clone(),
+            used: self.held_out.iter().filter(|held_out| !**held_out).count(),
+            left_out: self.left_out.clone(),
+            prior_noise: self.prior_noise,
         };
-        let known = self.other_library.and_then(|library| of(Some(library))).filter(|study| study.may_carry());
-        known.or_else(|| of(None))
+        let base = self.model.on(self.contact().other());
+        let mut study = Study::of(base, runs, candidates, self.options.clone(), self.progress)?;
+        study.counts.clone_from(&self.counts);
+        Ok(study)
     }
 
     fn contact(&self) -> Contact {
@@ -121,10 +145,28 @@ pub(super) fn judge(
     Ok(diagnosis)
 }
 
+/// ln of the evidence, as [`Study::weight`], of what a calibration finds, with a yaw rate that is off in proportion for a track
+/// that friction does not make.
+fn calibration(study: &mut Study<'_>) -> f64 {
+    let is_calibrated = |variant: &Variant| CALIBRATED.iter().any(|id| variant.names(id));
+    let is_candidate = |variant: &Variant| is_calibrated(variant) || variant.term().is_some_and(is_track);
+    let candidates: Vec<usize> =
+        (0..study.variants.len()).filter(|&index| is_candidate(&study.variants[index])).collect();
+    let noise = study.noise;
+    let ranking = study.search(&candidates, None);
+    let weight = study.weight(&ranking);
+    study.noise = noise;
+    weight
+}
+
+/// A yaw rate that is off in proportion.
+fn is_track(term: EmpiricalTerm) -> bool {
+    term.part == TwistPart::Yaw && term.feature == Feature::YawRate
+}
+
 /// How well the runs know the track: σ of a yaw rate that is off in proportion, beside the best answer; `None` where nothing
 /// turns.
 fn track_std_dev(study: &Study<'_>, ranking: &Ranking) -> Option<f64> {
-    let is_track = |term: EmpiricalTerm| term.part == TwistPart::Yaw && term.feature == Feature::YawRate;
     let variant = study.variants.iter().position(|variant| variant.term().is_some_and(is_track))?;
     let best = ranking.best();
     let mut set = best.set.clone();
