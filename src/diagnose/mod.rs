@@ -210,10 +210,10 @@ impl<'m> Study<'m> {
         // Candidates, and what is plausible of them, are those of the runs that are explained. Cases that are held out come last,
         // and so do their clusters.
         let campaign = clusters.iter().filter(|cluster| cluster.reference < used).count();
-        let mut variants = Variant::all(scene);
-        if let Candidates::Calibrated = candidates {
-            variants.retain(|variant| CALIBRATED.contains(&variant.effect.id));
-        }
+        let mut variants = match candidates {
+            Candidates::All(_) => Variant::all(scene),
+            Candidates::Few(few) => few.iter().filter(|variant| variant.effect.applies(scene)).cloned().collect(),
+        };
         let mut surrogate = Surrogate::new(&model, &cases, &clusters, campaign, &mut variants, candidates, progress)?;
         let (features, speed) = surrogate.sizes(&clusters[..campaign]);
         for part in TwistPart::ALL {

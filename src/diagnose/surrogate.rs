@@ -36,8 +36,8 @@ pub(super) struct Bench<'a> {
 /// What a study looks for.
 #[derive(Clone, Copy)]
 pub(super) enum Candidates<'l> {
-    /// What a calibration finds, which is quickly simulated.
-    Calibrated,
+    /// A few, which are quickly simulated.
+    Few(&'l [Variant]),
     /// All; responses that are known are not simulated again.
     All(Option<&'l Library>),
 }
@@ -309,7 +309,7 @@ impl Surrogate {
         }
         let ways: Vec<Way> = ways.into_iter().map(|way| way.expect("every run is in a cluster")).collect();
         let places = match candidates {
-            Candidates::Calibrated => Vec::new(),
+            Candidates::Few(_) => Vec::new(),
             Candidates::All(Some(library)) if unknown == 0 => library.places.clone(),
             Candidates::All(_) => spots::places(scene, cases, &clusters[..campaign], &ways),
         };

@@ -1,9 +1,10 @@
 //! Whether wheels meet the ground as the model has it at all.
 //!
 //! A rubber tyre on its patch and a hard wheel on its edges answer the same causes otherwise, and no coordinate leads from the
-//! one to the other: friction can give a patch the track of a rigid cylinder, but then a load turns the robot five times as
-//! much. So where a model has to be moved by more than its responses may err, and a calibration does not do clearly worse under
-//! the other law, the whole diagnosis is made a second time there, and the likelier one stands. What goes by a name of the catalogue then is the class `effective_track`.
+//! one to the other: friction can give a patch the track of a rigid cylinder, but then a load turns the robot two and a half
+//! times as far. So where a model has to be moved by more than its responses may err, and the causes that make it right do not
+//! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. What
+//! goes by a name of the catalogue then is the class `effective_track`.
 
 use super::search::{Ranking, axes_of};
 use super::surrogate::Candidates;
@@ -15,10 +16,10 @@ use crate::scene::{Contact, EmpiricalTerm, Feature, TwistPart};
 
 /// Chance beforehand that wheels meet the ground by another law than the model's.
 pub(super) const ANOTHER: f64 = 0.03;
-/// ln of the odds by which a calibration may do worse under the other law before it is not worth a look: causes that it leaves
-/// out are there in both.
-const SLACK: f64 = 10.0;
-/// ln of the odds by which it has to do better there than all causes do here to need no closer look at them.
+/// ln of the odds by which the causes that serve here may do worse under the other law before it is not worth a look: there it
+/// may be others that serve.
+const SLACK: f64 = 50.0;
+/// ln of the odds by which they have to do better there for what serves here not to be worth a closer look.
 const SURE: f64 = 30.0;
 /// The class that stands for whatever makes the track.
 const CLASS: &str = "effective_track";
@@ -35,15 +36,14 @@ pub struct OtherTyres {
 /// The same runs under the other law.
 pub(super) struct OtherLaw<'m> {
     pub study: Box<Study<'m>>,
-    /// Whether a calibration alone serves so much better there than anything does under the model's own law that it is not
-    /// worth a closer look.
+    /// Whether the causes that serve here serve so much better there that what they leave here is not worth a closer look.
     pub is_sure: bool,
 }
 
 impl<'m> Study<'m> {
     /// The same runs under the other law, where the best answer moves the model by more than responses may err or leaves much,
-    /// and a calibration, of any track, does not do clearly worse there.
-    pub(super) fn other_law(&mut self, own: &Ranking) -> Option<OtherLaw<'m>> {
+    /// and its causes, with any track, do not do clearly worse there.
+    pub(super) fn other_law(&self, own: &Ranking) -> Option<OtherLaw<'m>> {
         let best = own.best();
         let is_far = || {
             verdict::correction(self, &best.fit.at) > self.options.response_error[1] || verdict::leaves_much(self, best)
@@ -51,16 +51,25 @@ impl<'m> Study<'m> {
         if !self.options.other_tyres || !is_far() {
             return None;
         }
+        let in_answer = |index: usize| best.set.contains(&index) && self.variants[index].is_cause();
+        let is_of_calibration = |variant: &Variant| CALIBRATED.iter().any(|id| variant.names(id));
+        let few = self.variants.iter().enumerate();
+        let few = few.filter(|(index, variant)| in_answer(*index) || is_of_calibration(variant));
+        let few: Vec<Variant> = few.map(|(_, variant)| variant.clone()).collect();
         // A robot that cannot be driven so is no such robot.
-        let mut calibrated = self.under_the_other(Candidates::Calibrated).ok()?;
-        let [here, there] = [calibration(self), calibration(&mut calibrated)];
-        if there < here - SLACK {
+        let mut there = self.under_the_other(Candidates::Few(&few)).ok()?;
+        let is_candidate = |variant: &Variant| variant.is_cause() || variant.term().is_some_and(is_track);
+        let candidates: Vec<usize> =
+            (0..there.variants.len()).filter(|&index| is_candidate(&there.variants[index])).collect();
+        let first = there.search(&candidates, None);
+        let odds = log_odds(self, own, &there, &first);
+        if odds < -SLACK {
             return None;
         }
         let known = self.other_library.and_then(|known| self.under_the_other(Candidates::All(Some(known))).ok());
         let known = known.filter(|study| study.may_carry());
         let study = known.map_or_else(|| self.under_the_other(Candidates::All(None)), Ok).ok()?;
-        Some(OtherLaw { study: Box::new(study), is_sure: there + ANOTHER.ln() > self.weight(own) + SURE })
+        Some(OtherLaw { study: Box::new(study), is_sure: odds > SURE })
     }
 
     fn under_the_other(&self, candidates: Candidates<'_>) -> Result<Study<'m>, ForwardError> {
@@ -143,20 +152,6 @@ pub(super) fn judge(
         }
     }
     Ok(diagnosis)
-}
-
-/// ln of the evidence, as [`Study::weight`], of what a calibration finds, with a yaw rate that is off in proportion for a track
-/// that friction does not make.
-fn calibration(study: &mut Study<'_>) -> f64 {
-    let is_calibrated = |variant: &Variant| CALIBRATED.iter().any(|id| variant.names(id));
-    let is_candidate = |variant: &Variant| is_calibrated(variant) || variant.term().is_some_and(is_track);
-    let candidates: Vec<usize> =
-        (0..study.variants.len()).filter(|&index| is_candidate(&study.variants[index])).collect();
-    let noise = study.noise;
-    let ranking = study.search(&candidates, None);
-    let weight = study.weight(&ranking);
-    study.noise = noise;
-    weight
 }
 
 /// A yaw rate that is off in proportion.
