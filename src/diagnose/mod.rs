@@ -197,6 +197,7 @@ impl<'m> Study<'m> {
         Ok(Study::of(Base::of(model), runs, Candidates::All(library), options, progress)?)
     }
 
+    /// A study of these runs.
     fn of(
         model: Base<'m>,
         runs: Runs,
@@ -457,13 +458,15 @@ impl<'m> Study<'m> {
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
         let mut own = self.first_look();
-        let other = self.other_law(&own);
-        if !other.as_ref().is_some_and(|other| other.is_sure) {
+        let other = self.other_law(&own).and_then(|OtherLaw { study: mut other, is_sure }| {
+            let first = other.first_look();
+            // What cannot be driven where it is best is no answer.
+            Some((other.refined(first).ok()?, other, is_sure))
+        });
+        if !matches!(other, Some((.., true))) {
             own = self.refined(own)?;
         }
-        let Some(OtherLaw { study: mut other, .. }) = other else { return self.judge(&own) };
-        let first = other.first_look();
-        let theirs = other.refined(first)?;
+        let Some((theirs, other, _)) = other else { return self.judge(&own) };
         let log_odds = tyres::log_odds(self, &own, &other, &theirs);
         let diagnosis = if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(&own) };
         self.on_other_tyres = Some(other);

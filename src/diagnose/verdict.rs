@@ -324,7 +324,8 @@ fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
 pub(super) fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
     let of = |component: usize| {
         let (mut changed, mut whole) = (0.0, 0.0);
-        for (index, cluster) in study.clusters.iter().enumerate() {
+        // Runs that are held out have no say in how far a model is to be doubted.
+        for (index, cluster) in study.clusters[..study.campaign].iter().enumerate() {
             let way = &study.surrogate.ways[cluster.reference];
             let mut steps = way.steps.clone();
             study.surrogate.responses[index].add(at, way, &study.variants, &mut steps);
