@@ -22,7 +22,7 @@ pub(super) struct Arguments {
     /// What is driven: 2 m and 4 m squares, or a straight, spins, circles and slow squares besides
     #[arg(long, value_enum, default_value_t = Campaign::Squares)]
     campaign: Campaign,
-    /// Draw the world with another tyre law than the diagnosis knows
+    /// Draw the world with another tyre law than the model's: other stiffness, other friction, or rigid cylinders
     #[arg(long)]
     mismatch: bool,
     /// Let the diagnosis keep to the model's law of tyres, also where another serves better
