@@ -103,7 +103,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         let own = answer(study, &counts);
         let theirs = other.as_mut().map(|other| answer(other, &counts));
         let (answering, at): (&Study<'_>, _) = match (&other, theirs) {
-            (Some(other), Some(theirs)) if theirs.weight + tyres::ANOTHER.ln() > own.weight => (other, theirs.at),
+            (Some(other), Some(theirs)) if tyres::log_odds(own.weight, theirs.weight) > 0.0 => (other, theirs.at),
             _ => (study, own.at),
         };
         let of_fold: Vec<f64> = everyone.iter().zip(&counts).map(|(all, without)| all - without).collect();
@@ -164,10 +164,7 @@ fn answer(study: &mut Study<'_>, counts: &[f64]) -> Answer {
     study.counts = counts.to_vec();
     // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
     study.shape(&[]);
-    let mut known = study.search(&study.first_variants(), None);
-    if study.reshape(&known) {
-        known = study.search(&study.first_variants(), None);
-    }
+    let known = study.first_look(&study.first_variants());
     let explained = study.explained(known);
     Answer { at: study.answered(convincing(&explained, &study.variants)), weight: study.weight(&explained) }
 }

@@ -155,7 +155,6 @@ pub struct Study<'m> {
 }
 
 /// What was measured, and what is known of how.
-#[derive(Clone)]
 struct Runs {
     cases: Vec<Case>,
     /// How many of them, the first ones, were not named to be held out.
@@ -457,26 +456,27 @@ impl<'m> Study<'m> {
     /// # Errors
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
-        let mut own = self.first_look();
+        let mut own = self.first_look(&self.known_variants());
         let other = self.other_law(&own).and_then(|OtherLaw { study: mut other, is_sure }| {
-            let first = other.first_look();
+            let first = other.first_look(&other.known_variants());
             // What cannot be driven where it is best is no answer.
             Some((other.refined(first).ok()?, other, is_sure))
         });
         if !matches!(other, Some((.., true))) {
             own = self.refined(own)?;
         }
-        let Some((theirs, other, _)) = other else { return self.judge(&own) };
-        let log_odds = tyres::log_odds(self, &own, &other, &theirs);
-        let diagnosis = if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(&own) };
+        let Some((theirs, other, _)) = other else { return self.judge(self, &own) };
+        let log_odds = tyres::log_odds(self.weight(&own), other.weight(&theirs));
+        let diagnosis =
+            if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(self, &own) };
         self.on_other_tyres = Some(other);
         diagnosis
     }
 
     /// Causes by evidence, by what was simulated of each at first.
-    fn first_look(&mut self) -> search::Ranking {
-        let ranking = self.search(&self.known_variants(), None);
-        if self.reshape(&ranking) { self.search(&self.known_variants(), None) } else { ranking }
+    fn first_look(&mut self, allowed: &[usize]) -> search::Ranking {
+        let ranking = self.search(allowed, None);
+        if self.reshape(&ranking) { self.search(allowed, None) } else { ranking }
     }
 
     /// Causes by evidence, the leading ones simulated where they are best.
@@ -498,9 +498,9 @@ impl<'m> Study<'m> {
         Ok(self.explained(ranking))
     }
 
-    /// What is said of a ranking.
-    fn judge(&self, ranking: &search::Ranking) -> Result<Diagnosis, DiagnoseError> {
-        let mut diagnosis = verdict::judge(self, ranking)?;
+    /// What is said of a ranking, and of the model as `given`.
+    fn judge(&self, given: &Study<'_>, ranking: &search::Ranking) -> Result<Diagnosis, DiagnoseError> {
+        let mut diagnosis = verdict::judge(self, given, ranking)?;
         diagnosis.next_experiment = self.next_experiment(ranking, &diagnosis)?;
         Ok(diagnosis)
     }

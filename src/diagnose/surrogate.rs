@@ -49,7 +49,7 @@ pub(super) struct Surrogate {
     /// One a cluster.
     pub responses: Vec<Responses>,
     /// The cluster whose runs turn the robot most, and the run that stands for it.
-    most_turning: (usize, usize),
+    pub most_turning: (usize, usize),
 }
 
 /// The way of one run as the model as given predicts it.
@@ -565,11 +565,6 @@ impl Surrogate {
             .flat_map(|response| response.simulated.iter().map(|(node, _)| *node).chain([0.0]))
             .map(|node| (node - at).abs())
             .fold(f64::INFINITY, f64::min)
-    }
-
-    /// The cluster whose runs turn the robot most, and the run that stands for it.
-    pub fn most_turning(&self) -> (usize, usize) {
-        self.most_turning
     }
 
     /// The way of a run under a hypothesis: its steps' ends in the room, the start first.

@@ -15,7 +15,7 @@ use crate::effect::Effect;
 use crate::scene::{Contact, EmpiricalTerm, Feature, TwistPart};
 
 /// Chance beforehand that wheels meet the ground by another law than the model's.
-pub(super) const ANOTHER: f64 = 0.03;
+const ANOTHER: f64 = 0.03;
 /// ln of the odds by which the causes that serve here may do worse under the other law before it is not worth a look: there it
 /// may be others that serve.
 const SLACK: f64 = 50.0;
@@ -58,11 +58,10 @@ impl<'m> Study<'m> {
         let few: Vec<Variant> = few.map(|(_, variant)| variant.clone()).collect();
         // A robot that cannot be driven so is no such robot.
         let mut there = self.under_the_other(Candidates::Few(&few)).ok()?;
-        let is_candidate = |variant: &Variant| variant.is_cause() || variant.term().is_some_and(is_track);
-        let candidates: Vec<usize> =
-            (0..there.variants.len()).filter(|&index| is_candidate(&there.variants[index])).collect();
+        let mut candidates = there.known_variants();
+        candidates.extend(track(&there));
         let first = there.search(&candidates, None);
-        let odds = log_odds(self, own, &there, &first);
+        let odds = log_odds(self.weight(own), there.weight(&first));
         if odds < -SLACK {
             return None;
         }
@@ -95,34 +94,30 @@ impl<'m> Study<'m> {
     }
 }
 
-/// ln of the odds of another law over the model's own, each by its best answer.
-pub(super) fn log_odds(given: &Study<'_>, own: &Ranking, other: &Study<'_>, theirs: &Ranking) -> f64 {
-    ANOTHER.ln() + other.weight(theirs) - given.weight(own)
+/// ln of the odds of another law over the model's own, each by the weight of its best answer.
+pub(super) fn log_odds(own: f64, theirs: f64) -> f64 {
+    ANOTHER.ln() + theirs - own
 }
 
-/// The answer under another law: what is wrong is so of the model as given, and that its law makes another track is named.
+/// The answer under another law: that it makes another track is named.
 pub(super) fn judge(
     given: &Study<'_>,
     other: &Study<'_>,
     ranking: &Ranking,
     log_odds: f64,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let mut diagnosis = other.judge(ranking)?;
+    let mut diagnosis = other.judge(given, ranking)?;
     diagnosis.other_tyres = Some(OtherTyres { contact: other.contact(), log_odds });
-    diagnosis.misfit = verdict::misfit(given);
-    for (run, as_given) in diagnosis.runs.iter_mut().zip(verdict::run_readings(given, &[])) {
-        run.before = as_given.before;
+    if diagnosis.verdict == Verdict::Unexplained {
+        return Ok(diagnosis);
     }
     // The same counts turn the robot by so much under each law.
-    let (_, most_turning) = given.surrogate.most_turning();
+    let (_, most_turning) = given.surrogate.most_turning;
     let [was, is] = [given, other].map(|study| study.surrogate.ways[most_turning].turned());
     let ratio = was / is.max(f64::MIN_POSITIVE) - 1.0;
     let Some(std_dev) = track_std_dev(other, ranking).filter(|std_dev| ratio.abs() > verdict::SHOWN * std_dev) else {
         return Ok(diagnosis);
     };
-    if diagnosis.verdict == Verdict::Unexplained {
-        return Ok(diagnosis);
-    }
     let sure = 1.0 / (1.0 + (-log_odds).exp());
     let found = diagnosis.findings.iter_mut().find(|finding| finding.effect == CLASS);
     match found.and_then(|finding| finding.parameters.first_mut()) {
@@ -154,15 +149,15 @@ pub(super) fn judge(
     Ok(diagnosis)
 }
 
-/// A yaw rate that is off in proportion.
-fn is_track(term: EmpiricalTerm) -> bool {
-    term.part == TwistPart::Yaw && term.feature == Feature::YawRate
+/// The term of a yaw rate that is off in proportion: any track; `None` where nothing turns.
+fn track(study: &Study<'_>) -> Option<usize> {
+    let is_track = |term: EmpiricalTerm| term.part == TwistPart::Yaw && term.feature == Feature::YawRate;
+    study.variants.iter().position(|variant| variant.term().is_some_and(is_track))
 }
 
-/// How well the runs know the track: σ of a yaw rate that is off in proportion, beside the best answer; `None` where nothing
-/// turns.
+/// How well the runs know the track: σ of a yaw rate that is off in proportion, beside the best answer.
 fn track_std_dev(study: &Study<'_>, ranking: &Ranking) -> Option<f64> {
-    let variant = study.variants.iter().position(|variant| variant.term().is_some_and(is_track))?;
+    let variant = track(study)?;
     let best = ranking.best();
     let mut set = best.set.clone();
     set.insert(variant);

@@ -175,17 +175,18 @@ const MOST: f64 = 0.9;
 /// Effects that the class `effective_track` stands for.
 const TRACK_CLASS: [&str; 3] = ["effective_track", "tyre_grip_anisotropy", "load_offset_longitudinal"];
 
-/// The answer from a ranking of causes, be it beside a formula.
+/// The answer from a ranking of causes, be it beside a formula; what is wrong is so of the model as `given`, which may be the
+/// same study.
 ///
 /// # Errors
 /// It cannot be simulated.
-pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, ForwardError> {
+pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, ForwardError> {
     let variants = &study.variants;
     let best = convincing(ranking, variants);
     let has_formula = best.set.iter().any(|&index| variants[index].is_term());
     let by_formula = has_formula && share_of_causes(study, best) < MOST;
     let unexplained = by_formula || leaves_much(study, best);
-    let misfit = misfit(study);
+    let misfit = misfit(given);
     let answered = study.answered(best);
     let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
     let probability = |h: &Hypothesis| (h.log_posterior - total).exp();
@@ -260,7 +261,7 @@ pub(super) fn judge(study: &Study<'_>, ranking: &Ranking) -> Result<Diagnosis, F
         doubt: doubt(study, best),
         residues: residue::residues(study, &answered)?,
         next_experiment: None,
-        runs: run_readings(study, &answered),
+        runs: run_readings(study, given, &answered),
         left_out: study.left_out.clone(),
     })
 }
@@ -463,7 +464,7 @@ pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
 }
 
 /// Mean residuals of the end poses, condition by condition.
-pub(super) fn misfit(study: &Study<'_>) -> Misfit {
+fn misfit(study: &Study<'_>) -> Misfit {
     let problem = study.problem(study.counts.clone());
     let mut conditions: Vec<MisfitCondition> = Vec::new();
     let (mut chi2, mut dof) = (0.0, 0);
@@ -505,10 +506,9 @@ pub(super) fn misfit(study: &Study<'_>) -> Misfit {
 }
 
 /// Readings of every run beside those predicted as given and under `at`.
-pub(super) fn run_readings(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> Vec<RunReadings> {
-    let scene = study.model.scene();
-    let read = |cluster: usize, run: usize, at: &[(super::variant::Axis, f64)]| {
-        let survey = study.surrogate.survey_of(scene, at, &study.variants);
+fn run_readings(study: &Study<'_>, given: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> Vec<RunReadings> {
+    let read = |study: &Study<'_>, cluster: usize, run: usize, at: &[(super::variant::Axis, f64)]| {
+        let survey = study.surrogate.survey_of(study.model.scene(), at, &study.variants);
         let path = study.surrogate.path(cluster, run, at, &study.variants);
         study.surrogate.readings(&study.cases[run], &study.surrogate.ways[run], &path, &survey)
     };
@@ -525,8 +525,8 @@ pub(super) fn run_readings(study: &Study<'_>, at: &[(super::variant::Axis, f64)]
                     held_out: study.held_out[run],
                     stamps: case.readings.iter().map(|reading| reading.stamp).collect(),
                     measured,
-                    before: read(index, run, &[]),
-                    after: read(index, run, at),
+                    before: read(given, index, run, &[]),
+                    after: read(study, index, run, at),
                 },
             ));
         }

@@ -5,10 +5,12 @@ use super::predict::predict;
 use super::simulator::Simulator;
 use super::stage::campaign;
 use crate::dataset::{Dataset, Run};
-use crate::diagnose::{DiagnoseError, Diagnosis, ForwardError, Library, NoiseModel, Options, Study, Verdict};
+use crate::diagnose::{
+    DiagnoseError, Diagnosis, ForwardError, ForwardModel, Library, NoiseModel, Options, Study, Verdict,
+};
 use crate::drive::{self, DriveError};
 use crate::effect::Cause;
-use crate::scene::{Doubt, Scene};
+use crate::scene::{Contact, Doubt, Scene};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::atomic::AtomicBool;
@@ -136,6 +138,7 @@ pub fn score(
         library(&Simulator::new(&scene, stop), challenge.campaign, challenge.data)
     };
     let libraries = Libraries {
+        contact: base.contact,
         given: on_tyres(base.contact)?,
         // In a world of the diagnosis' own tyres hardly any draw comes to asking for others.
         other: challenge.mismatch.then(|| on_tyres(base.contact.other())).transpose()?,
@@ -177,11 +180,19 @@ struct Libraries {
     given: Library,
     /// On other tyres.
     other: Option<Library>,
+    /// The tyres of the model.
+    contact: Contact,
+}
+
+impl Libraries {
+    /// Of a robot on these tyres.
+    fn on(&self, contact: Contact) -> Option<&Library> {
+        if contact == self.contact { Some(&self.given) } else { self.other.as_ref() }
+    }
 }
 
 /// Responses of the robot as the diagnosis knows it.
 fn library(simulator: &Simulator<'_>, kind: CampaignKind, data: DataKind) -> Result<Library, ScoreError> {
-    use crate::diagnose::ForwardModel;
     let scene = surveyed(simulator.scene());
     let (dataset, _) = noise_free(&scene, &scene, kind, data, simulator.stop())?;
     let study = Study::new(&[dataset], &[], simulator, Options::default(), None, &|_, _| {})?;
@@ -239,7 +250,7 @@ fn one(
     let extended = match &draw.clean_dataset {
         None => None,
         Some(clean) => {
-            let mut study = study_of(clean, simulator, options, [Some(&libraries.given), libraries.other.as_ref()])?;
+            let mut study = study_of(clean, simulator, options, Some(libraries))?;
             let found = study.diagnose()?;
             let mut extended = Cause::edit_all(&found.causes, base);
             extended.empirical.extend(&found.empirical);
@@ -247,15 +258,13 @@ fn one(
             let motion = study.gain()?.map_or(0.0, |gain| gain.motion_error);
             extended.robot.doubt = Doubt { motion, ..found.doubt };
             extended.robot.residues = found.residues;
-            let [given, other] = [Some(&libraries.given), libraries.other.as_ref()];
-            let known = if found.other_tyres.is_none() { [given, other] } else { [other, given] };
             // A model that was moved by more than responses may err answers causes otherwise.
             let is_near = found.doubt.response < options.response_error[1];
-            Some((Simulator::new(&extended, stop), known.map(|library| library.filter(|_| is_near))))
+            Some((Simulator::new(&extended, stop), is_near.then_some(libraries)))
         }
     };
     let (model, known) = match &extended {
-        None => (simulator, [Some(&libraries.given), None]),
+        None => (simulator, Some(libraries)),
         Some((model, known)) => (model, *known),
     };
     let mut study = study_of(&draw.dataset, model, options, known)?;
@@ -275,7 +284,7 @@ fn one(
     };
     let sure = Options { noise: Some(known), response_error: [0.0; 2], ..Options::default() };
     let truth_simulator = Simulator::new(&draw.clean, stop);
-    let of_world = if draw.clean.contact == base.contact { Some(&libraries.given) } else { libraries.other.as_ref() };
+    let of_world = libraries.on(draw.clean.contact);
     let truth_model = if challenge.mismatch { &truth_simulator } else { simulator };
     let of_oracle = oracle_error(&draw.dataset, &dataset);
     // What a replay gets wrong of its own world is no response: the oracle is shown the world's replay, not its drive.
@@ -300,8 +309,10 @@ fn study_of<'m>(
     dataset: &Dataset,
     model: &'m Simulator<'_>,
     options: &Options,
-    [known, other]: [Option<&'m Library>; 2],
+    known: Option<&'m Libraries>,
 ) -> Result<Study<'m>, DiagnoseError> {
+    let contact = model.scene().contact;
+    let [known, other] = [contact, contact.other()].map(|contact| known.and_then(|known| known.on(contact)));
     let of = |known| Study::new(std::slice::from_ref(dataset), &[], model, options.clone(), known, &|_, _| {});
     let study = of(known)?;
     let study = if known.is_some() && !study.may_carry() { of(None)? } else { study };
