@@ -118,6 +118,11 @@ impl Problem<'_> {
 
     /// Residuals at `at` and sensitivities along `axes` there.
     pub fn linearise(&self, at: &Coordinates, axes: &[Axis]) -> Linearised {
+        self.linearise_beside(at, axes, 1.0)
+    }
+
+    /// The same; what `at` does not hold and does much the same on both sides of 0 is looked at on one `side`, ±1.
+    pub fn linearise_beside(&self, at: &Coordinates, axes: &[Axis], side: f64) -> Linearised {
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
         let shift = |&axis: &Axis| {
             let mut step = self.step(axis);
@@ -125,10 +130,12 @@ impl Problem<'_> {
             match moved.iter_mut().find(|(known, _)| *known == axis) {
                 Some((_, value)) => *value += step,
                 None => {
-                    // A spot does little until it does much: it is looked at where it does.
+                    // What does little until it does much is looked at where it does.
                     let coordinate = self.variants[axis.variant].coordinates[axis.coordinate];
                     if self.variants[axis.variant].place().is_some() {
                         step = coordinate.mean - coordinate.std_dev;
+                    } else if self.surrogate.is_even(axis) {
+                        step = side * coordinate.std_dev;
                     }
                     moved.push((axis, step));
                 }

@@ -643,7 +643,7 @@ impl<'m> Study<'m> {
         // What a model that was moved far lets a cause do is seen where the cause is, not where it was simulated at first.
         let alone = ranking.nothing().set.len() + 1;
         let singles = ranking.hypotheses.iter().filter(|h| self.was_moved() && h.set.len() == alone);
-        let at: Vec<_> = leading.chain(singles).flat_map(|h| h.fit.at.iter().copied()).collect();
+        let at: Vec<_> = leading.chain(singles).flat_map(|h| h.fit.at.iter().chain(&h.opposite).copied()).collect();
         let refined = self.refine_at(&at)?;
         let (surrogate, bench) = self.bench();
         Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
@@ -652,6 +652,8 @@ impl<'m> Study<'m> {
     /// Simulates axes where they are, each once; whether any was far from what is known.
     fn refine_at(&mut self, at: &[(variant::Axis, f64)]) -> Result<bool, DiagnoseError> {
         let mut wanted: Vec<(variant::Axis, f64)> = Vec::new();
+        // What does much the same on both sides of 0 is told apart only where both are exact.
+        let is_even = |axis| self.surrogate.is_even(axis);
         for &(axis, value) in at {
             let variant = &self.variants[axis.variant];
             let share = if variant.place().is_some() { NEAR_FOR_SPOTS } else { NEAR };
@@ -660,7 +662,8 @@ impl<'m> Study<'m> {
             let known = variant.effect.is_survey()
                 || variant.is_doubted()
                 || self.surrogate.nearest_node(axis, value, &self.variants) <= near;
-            if !known && !wanted.iter().any(|(other, _)| *other == axis) {
+            let is_there = |&(other, at): &(variant::Axis, f64)| other == axis && (!is_even(axis) || at * value > 0.0);
+            if !known && !wanted.iter().any(is_there) {
                 wanted.push((axis, value));
             }
         }

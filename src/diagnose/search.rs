@@ -24,6 +24,8 @@ pub(super) struct Hypothesis {
     pub fit: Fit,
     /// Logarithm of evidence times prior.
     pub log_posterior: f64,
+    /// Where it is best on the other side of 0, of a cause that does much the same on both.
+    pub opposite: Vec<(Axis, f64)>,
 }
 
 impl Hypothesis {
@@ -31,7 +33,16 @@ impl Hypothesis {
     fn of(problem: &Problem<'_>, set: &Set, start: &[(Axis, f64)]) -> Hypothesis {
         let fit = problem.fit(&axes_of(problem.variants, set), start);
         let log_posterior = fit.log_evidence + log_prior(problem.variants, set);
-        Hypothesis { set: set.clone(), fit, log_posterior }
+        Hypothesis { set: set.clone(), fit, log_posterior, opposite: Vec::new() }
+    }
+
+    /// A set at its best, looked for from where each promise of it says.
+    fn promised(problem: &Problem<'_>, promise: &Promise) -> Hypothesis {
+        let mut found = promise.starts.iter().map(|start| Hypothesis::of(problem, &promise.set, start));
+        let one = found.next().expect("it begins somewhere");
+        let Some(other) = found.next() else { return one };
+        let (better, worse) = if other.log_posterior > one.log_posterior { (other, one) } else { (one, other) };
+        Hypothesis { opposite: worse.fit.at, ..better }
     }
 }
 
@@ -94,10 +105,9 @@ impl Ranking {
     /// Searches sets of what moves along the axes of `base`, which begin where it says, and up to `most` of the `allowed`
     /// variants besides.
     pub fn search_on(problem: &Problem<'_>, base: &[(Axis, f64)], allowed: &[usize], most: usize) -> Ranking {
-        let evaluate = |set: &Set, start: &[(Axis, f64)]| Hypothesis::of(problem, set, start);
         let mut known: BTreeMap<Set, Hypothesis> = BTreeMap::new();
         let always: Set = base.iter().map(|(axis, _)| axis.variant).collect();
-        known.insert(always.clone(), evaluate(&always, base));
+        known.insert(always.clone(), Hypothesis::of(problem, &always, base));
         for size in 1..=most {
             let mut seeds: Vec<&Hypothesis> =
                 known.values().filter(|h| h.set.len() == always.len() + size - 1).collect();
@@ -129,7 +139,7 @@ impl Ranking {
                 });
             }
             let level: Vec<Hypothesis> =
-                wanted.par_iter().map(|promise| evaluate(&promise.set, &promise.start)).collect();
+                wanted.par_iter().map(|promise| Hypothesis::promised(problem, promise)).collect();
             let best_of_level = level.iter().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
             known.extend(level.into_iter().map(|hypothesis| (hypothesis.set.clone(), hypothesis)));
             if size > 1 && best_of_level < best_so_far - 3.0 {
@@ -212,8 +222,8 @@ pub(super) fn doubted(variants: &[Variant]) -> Vec<(Axis, f64)> {
 struct Promise {
     log_posterior: f64,
     set: Set,
-    /// Where to begin its fit.
-    start: Vec<(Axis, f64)>,
+    /// Where to begin its fit: on each side of 0, where what is new in it does much the same on both.
+    starts: Vec<Vec<(Axis, f64)>>,
 }
 
 /// What `seed` and one more variant each promise, by a linear look from the seed's best coordinates. Of spots on the floor,
@@ -224,10 +234,35 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     let has_spot = seed.set.iter().any(|&index| variants[index].place().is_some());
     let fits = |&index: &usize| !(seed.set.contains(&index) || has_spot && variants[index].place().is_some());
     let others: Vec<usize> = allowed.iter().copied().filter(fits).collect();
+    let is_even =
+        |&index: &usize| axes_of(variants, &Set::from([index])).iter().any(|&it| problem.surrogate.is_even(it));
+    let even: Vec<usize> = others.iter().copied().filter(is_even).collect();
+    let mut all = promises_beside(problem, &others, seed, 1.0);
+    for other in promises_beside(problem, &even, seed, -1.0) {
+        let promise = all.iter_mut().find(|promise| promise.set == other.set).expect("all were looked at");
+        promise.log_posterior = promise.log_posterior.max(other.log_posterior);
+        promise.starts.extend(other.starts);
+    }
+    all.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+    let mut spots = 0;
+    all.retain(|promise| {
+        let is_spot = promise.set.difference(&seed.set).any(|&index| variants[index].place().is_some());
+        spots += usize::from(is_spot);
+        !is_spot || spots <= SPOTS
+    });
+    all
+}
+
+/// What `seed` and one of `others` each promise, by a linear look on one `side` of 0, ±1, of what does the same on both.
+fn promises_beside(problem: &Problem<'_>, others: &[usize], seed: &Hypothesis, side: f64) -> Vec<Promise> {
+    if others.is_empty() {
+        return Vec::new();
+    }
+    let variants = problem.variants;
     let mut axes: Vec<Axis> = seed.fit.at.iter().map(|(axis, _)| *axis).collect();
     let own = axes.len();
     axes.extend(axes_of(variants, &others.iter().copied().collect()));
-    let linear = problem.linearise(&seed.fit.at, &axes);
+    let linear = problem.linearise_beside(&seed.fit.at, &axes, side);
     let (a, b, c) = problem.normal_equations(&linear);
     let here = |axis: Axis| seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
     // Evidence of the seed in the same linear terms, so that what the linear look leaves out cancels.
@@ -252,7 +287,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     };
     let base: Vec<usize> = (0..own).collect();
     let (of_seed, _) = linear_evidence(&base);
-    let mut all: Vec<Promise> = others
+    others
         .iter()
         .map(|&index| {
             let mut columns = base.clone();
@@ -270,15 +305,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
                     (axis, here(axis) + step.clamp(-reach, reach))
                 })
                 .collect();
-            Promise { log_posterior, set, start }
+            Promise { log_posterior, set, starts: vec![start] }
         })
-        .collect();
-    all.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
-    let mut spots = 0;
-    all.retain(|promise| {
-        let is_spot = promise.set.difference(&seed.set).any(|&index| variants[index].place().is_some());
-        spots += usize::from(is_spot);
-        !is_spot || spots <= SPOTS
-    });
-    all
+        .collect()
 }

@@ -12,7 +12,7 @@ use super::variant::{Axis, Coordinate, RELATIVE, Variant};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Motion, Scene, Survey, TwistPart};
 use rayon::prelude::*;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
 /// Length of a step of the way \[s\]: short against how long the robot takes to speed up or turn.
@@ -50,6 +50,8 @@ pub(super) struct Surrogate {
     pub responses: Vec<Responses>,
     /// The cluster whose runs turn the robot most, and the run that stands for it.
     pub most_turning: (usize, usize),
+    /// Along which causes do much the same on both sides of 0.
+    even: BTreeSet<Axis>,
 }
 
 /// The way of one run as the model as given predicts it.
@@ -321,7 +323,7 @@ impl Surrogate {
             .max_by(|(_, a), (_, b)| ways[*a].turned().total_cmp(&ways[*b].turned()))
             .expect("a study has runs");
         let responses = vec![Responses::default(); clusters.len()];
-        let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning };
+        let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning, even: BTreeSet::new() };
         let axes = axes(variants, cases);
         let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
             .filter(|&cluster| known[cluster].is_none())
@@ -354,7 +356,36 @@ impl Surrogate {
         for ((cluster, axis), response) in to_simulate.into_iter().zip(responses) {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
+        let campaign = &clusters[..campaign];
+        surrogate.even = axes.into_iter().filter(|&axis| surrogate.turns_back(axis, campaign, variants)).collect();
         Ok(surrogate)
+    }
+
+    /// Whether a cause does much the same on both sides of 0.
+    pub fn is_even(&self, axis: Axis) -> bool {
+        self.even.contains(&axis)
+    }
+
+    /// Whether what a cause moves the robot by, `a x + b x²`, turns back within 1 σ of 0: whether `b σ` is half of `a` or more,
+    /// over all that the reference runs pass.
+    fn turns_back(&self, axis: Axis, clusters: &[Cluster], variants: &[Variant]) -> bool {
+        let variant = &variants[axis.variant];
+        let coordinate = variant.coordinates[axis.coordinate];
+        if coordinate.one_sided || variant.place().is_some() {
+            return false;
+        }
+        let (mut odd, mut even) = (0.0, 0.0);
+        for (index, cluster) in clusters.iter().enumerate() {
+            let at = |z: f64| self.path(index, cluster.reference, &[(axis, z * coordinate.std_dev)], variants);
+            for ((up, here), down) in at(1.0).iter().zip(&at(0.0)).zip(&at(-1.0)) {
+                let moved = |to: &Pose2| [to.x - here.x, to.y - here.y, ARM * (to.heading - here.heading)];
+                for (up, down) in moved(up).into_iter().zip(moved(down)) {
+                    odd += (up - down).powi(2);
+                    even += (up + down).powi(2);
+                }
+            }
+        }
+        even > 0.25 * odd
     }
 
     /// Whether a variant may do anything to a cluster.
