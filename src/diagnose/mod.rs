@@ -47,7 +47,7 @@ use residue::Memory;
 use std::sync::OnceLock;
 use surrogate::{Bench, Candidates, Surrogate};
 use tyres::OtherLaw;
-use variant::Variant;
+use variant::{TyrePart, Variant};
 
 /// Terms of a formula.
 const MOST_TERMS: usize = 4;
@@ -238,6 +238,10 @@ impl<'m> Study<'m> {
         let moved = scene.robot.doubt.response;
         if moved > options.response_error[0] {
             variants.push(Variant::response_error(STRANGE * moved));
+        }
+        // A model that was fitted to a robot knows how it moves, and of its tyres what they were taken for.
+        if scene.robot.doubt != Doubt::default() || !scene.robot.residues.is_empty() {
+            variants.extend(TyrePart::all(scene).iter().map(|&part| Variant::tyre_error(part)));
         }
         let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
@@ -639,14 +643,18 @@ impl<'m> Study<'m> {
     /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
     fn refine(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
         let best = ranking.best().log_posterior;
-        let leading = ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
+        let leading = || ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
         // What a model that was moved far lets a cause do is seen where the cause is, not where it was simulated at first.
         let alone = ranking.nothing().set.len() + 1;
         let singles = ranking.hypotheses.iter().filter(|h| self.was_moved() && h.set.len() == alone);
-        let at: Vec<_> = leading.chain(singles).flat_map(|h| h.fit.at.iter().chain(&h.opposite).copied()).collect();
-        let refined = self.refine_at(&at)?;
+        let at: Vec<_> = leading().chain(singles).flat_map(|h| h.fit.at.iter().chain(&h.opposite).copied()).collect();
+        let mut refined = self.refine_at(&at)?;
         let (surrogate, bench) = self.bench();
-        Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
+        refined |= surrogate.couple(bench, &ranking.best().fit.at)?;
+        for answer in leading() {
+            refined |= surrogate.couple_with_tyres(bench, &answer.fit.at)?;
+        }
+        Ok(refined)
     }
 
     /// Simulates axes where they are, each once; whether any was far from what is known.
@@ -683,7 +691,10 @@ impl<'m> Study<'m> {
     /// Where an answer is, without what is in doubt of the model anyway. Where causes may act otherwise than the model has
     /// them, their sizes are such that the model as it is predicts best.
     fn answered(&self, answer: &search::Hypothesis) -> Vec<(variant::Axis, f64)> {
-        let as_simulated = |axis: &variant::Axis| !self.variants[axis.variant].is_error_of_response(axis.coordinate);
+        let as_simulated = |axis: &variant::Axis| {
+            let variant = &self.variants[axis.variant];
+            !variant.is_error_of_response(axis.coordinate) && variant.tyre_part().is_none()
+        };
         let axes: Vec<_> = answer.fit.at.iter().map(|(axis, _)| *axis).filter(as_simulated).collect();
         let refitted =
             (axes.len() < answer.fit.at.len()).then(|| self.problem(self.counts.clone()).fit(&axes, &answer.fit.at).at);

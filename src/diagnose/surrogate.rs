@@ -52,6 +52,8 @@ pub(super) struct Surrogate {
     pub most_turning: (usize, usize),
     /// Along which causes do much the same on both sides of 0.
     even: BTreeSet<Axis>,
+    /// Change of a cluster's steps where what a variant is of the tyres is 1 σ off, and nothing else.
+    on_tyres: BTreeMap<(usize, usize), Vec<Step>>,
 }
 
 /// The way of one run as the model as given predicts it.
@@ -243,6 +245,12 @@ fn each(value: impl Fn(usize) -> f64) -> Step {
     std::array::from_fn(value)
 }
 
+fn subtract(changes: &mut [Step], others: &[Step]) {
+    for (change, other) in changes.iter_mut().zip(others) {
+        *change = each(|c| change[c] - other[c]);
+    }
+}
+
 /// Coordinates of a hypothesis: a value for each axis that it moves along.
 pub(super) type Coordinates = [(Axis, f64)];
 
@@ -323,7 +331,8 @@ impl Surrogate {
             .max_by(|(_, a), (_, b)| ways[*a].turned().total_cmp(&ways[*b].turned()))
             .expect("a study has runs");
         let responses = vec![Responses::default(); clusters.len()];
-        let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning, even: BTreeSet::new() };
+        let (even, on_tyres) = (BTreeSet::new(), BTreeMap::new());
+        let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning, even, on_tyres };
         let axes = axes(variants, cases);
         let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
             .filter(|&cluster| known[cluster].is_none())
@@ -468,17 +477,7 @@ impl Surrogate {
 
     /// Simulates what pairs of causes of one answer do together, where that is not known nearby; whether anything was.
     pub fn couple(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
-        let mut causes: BTreeMap<usize, Vec<(Axis, f64)>> = BTreeMap::new();
-        for &(axis, value) in at {
-            let variant = &bench.variants[axis.variant];
-            if variant.is_physical() && !variant.coordinates[axis.coordinate].hourly {
-                causes.entry(axis.variant).or_default().push((axis, value));
-            }
-        }
-        let is_something = |(axis, value): &(Axis, f64)| {
-            value.abs() > SAME * bench.variants[axis.variant].coordinates[axis.coordinate].std_dev
-        };
-        causes.retain(|_, at| at.iter().any(is_something));
+        let causes = at_work(bench.variants, at);
         let mut wanted: Vec<(usize, [usize; 2])> = Vec::new();
         for (index, responses) in self.responses.iter().enumerate() {
             let concerned: Vec<usize> = causes
@@ -500,24 +499,73 @@ impl Surrogate {
         }
         let together = |&(cluster, pair): &(usize, [usize; 2])| {
             let both: Vec<(Axis, f64)> = pair.iter().flat_map(|variant| causes[variant].iter().copied()).collect();
-            let mut change = self.simulated_change(bench, &bench.clusters[cluster], &both)?;
-            for (axis, value) in &both {
-                if let Some(response) = self.responses[cluster].of_axis.get(axis) {
-                    let mut alone = vec![[0.0; 3]; change.len()];
-                    response.add(*value, &mut alone);
-                    for (step, alone) in change.iter_mut().zip(&alone) {
-                        *step = each(|c| step[c] - alone[c]);
-                    }
-                }
-            }
             let at = pair.map(|variant| causes[&variant].iter().map(|(_, value)| *value).collect());
-            Ok((cluster, pair, Interplay { at, change }))
+            Ok((cluster, pair, Interplay { at, change: self.beyond_each(bench, cluster, &both)? }))
         };
         let simulated: Vec<_> = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
         for (cluster, pair, interplay) in simulated {
             self.responses[cluster].of_pair.insert(pair, interplay);
         }
         Ok(!wanted.is_empty())
+    }
+
+    /// Simulates what causes of an answer do where tyres are 1 σ off in what is in doubt of them, where that is not known
+    /// nearby; whether anything was.
+    pub fn couple_with_tyres(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
+        let in_doubt = bench.variants.iter().enumerate().filter(|(_, variant)| variant.tyre_part().is_some());
+        let in_doubt: Vec<(Axis, f64)> =
+            in_doubt.map(|(variant, it)| (Axis { variant, coordinate: 0 }, it.coordinates[0].std_dev)).collect();
+        let causes = at_work(bench.variants, at);
+        let mut wanted: Vec<(usize, usize, (Axis, f64))> = Vec::new();
+        for (cluster, responses) in self.responses.iter().enumerate() {
+            for (&cause, there) in
+                causes.iter().filter(|(_, at)| at.iter().any(|(a, _)| responses.of_axis.contains_key(a)))
+            {
+                let is_near = |known: &Interplay| (share_of(there, cause, &known.at[0]) - 1.0).abs() < NEAR_BY_ON_TYRES;
+                let unknown = in_doubt
+                    .iter()
+                    .filter(|(tyres, _)| !responses.of_pair.get(&[cause, tyres.variant]).is_some_and(is_near));
+                wanted.extend(unknown.map(|&tyres| (cluster, cause, tyres)));
+            }
+        }
+        let mut alone: Vec<(usize, (Axis, f64))> = wanted.iter().map(|&(cluster, _, tyres)| (cluster, tyres)).collect();
+        alone.retain(|(cluster, (tyres, _))| !self.on_tyres.contains_key(&(*cluster, tyres.variant)));
+        alone.sort_by_key(|(cluster, (tyres, _))| (*cluster, *tyres));
+        alone.dedup();
+        let simulated: Vec<_> = alone
+            .par_iter()
+            .map(|&(cluster, tyres)| {
+                let change = self.simulated_change(bench, &bench.clusters[cluster], &[tyres])?;
+                Ok(((cluster, tyres.0.variant), change))
+            })
+            .collect::<Result<_, ForwardError>>()?;
+        self.on_tyres.extend(simulated);
+        let together = |&(cluster, cause, (tyres, value)): &(usize, usize, (Axis, f64))| {
+            let there = &causes[&cause];
+            let mut change = self.beyond_each(bench, cluster, &[there.as_slice(), &[(tyres, value)]].concat())?;
+            // What tyres do alone is in the model as it was fitted.
+            subtract(&mut change, &self.on_tyres[&(cluster, tyres.variant)]);
+            let at = [there.iter().map(|(_, value)| *value).collect(), vec![value]];
+            Ok((cluster, [cause, tyres.variant], Interplay { at, change }))
+        };
+        let simulated: Vec<_> = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
+        for (cluster, pair, interplay) in simulated {
+            self.responses[cluster].of_pair.insert(pair, interplay);
+        }
+        Ok(!wanted.is_empty())
+    }
+
+    /// What the simulator says that a hypothesis changes in a cluster beyond what is known of each of its axes.
+    fn beyond_each(&self, bench: Bench<'_>, cluster: usize, at: &Coordinates) -> Result<Vec<Step>, ForwardError> {
+        let mut change = self.simulated_change(bench, &bench.clusters[cluster], at)?;
+        for (axis, value) in at {
+            if let Some(response) = self.responses[cluster].of_axis.get(axis) {
+                let mut alone = vec![[0.0; 3]; change.len()];
+                response.add(*value, &mut alone);
+                subtract(&mut change, &alone);
+            }
+        }
+        Ok(change)
     }
 
     /// What the simulator says that a hypothesis changes in the steps of a cluster's reference run.
@@ -768,6 +816,8 @@ fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
 
 /// Products of two causes' sizes that are nearer than this to what was simulated need no other, relative.
 const NEAR_BY: f64 = 0.15;
+/// The same of a cause on tyres that are in doubt: how much of it hangs on them changes little with its size.
+const NEAR_BY_ON_TYRES: f64 = 0.5;
 /// Nodes of a polynomial that are nearer than this to a new one make room for it \[σ\].
 const CLOSE: f64 = 0.5;
 /// Values nearer than this to one another need not both be simulated \[σ\].
@@ -796,6 +846,21 @@ fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
         .collect()
 }
 
+/// Coordinates of the physical causes of a hypothesis that do something, by variant.
+fn at_work(variants: &[Variant], at: &Coordinates) -> BTreeMap<usize, Vec<(Axis, f64)>> {
+    let mut causes: BTreeMap<usize, Vec<(Axis, f64)>> = BTreeMap::new();
+    for &(axis, value) in at {
+        let variant = &variants[axis.variant];
+        if variant.is_physical() && !variant.coordinates[axis.coordinate].hourly {
+            causes.entry(axis.variant).or_default().push((axis, value));
+        }
+    }
+    let is_something =
+        |(axis, value): &(Axis, f64)| value.abs() > SAME * variants[axis.variant].coordinates[axis.coordinate].std_dev;
+    causes.retain(|_, at| at.iter().any(is_something));
+    causes
+}
+
 /// The causes at a hypothesis' coordinates, in the order of their variants.
 pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<crate::effect::Cause> {
     let mut of_variant: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
@@ -820,6 +885,11 @@ pub(super) fn terms(variants: &[Variant], at: &Coordinates) -> Vec<EmpiricalTerm
 pub(super) fn edited(scene: &Scene, variants: &[Variant], at: &Coordinates) -> Scene {
     let mut edited = crate::effect::Cause::edit_all(&causes(variants, at), scene);
     edited.empirical.extend(terms(variants, at));
+    for (axis, value) in at {
+        if let Some(part) = variants[axis.variant].tyre_part() {
+            part.edit(&mut edited, *value);
+        }
+    }
     edited
 }
 

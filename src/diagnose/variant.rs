@@ -1,7 +1,7 @@
 //! The candidates: effects as coordinates that a search can move along.
 
 use crate::effect::{Cause, EFFECTS, Effect, NO_CAUSE, Prior};
-use crate::scene::{EmpiricalTerm, Feature, Scene, TwistPart};
+use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, TwistPart};
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The effect that needs a place.
@@ -21,6 +21,49 @@ pub(super) enum Role {
     Calibration,
     /// In doubt: what causes do.
     Responses,
+    /// In doubt: what causes do, as far as it hangs on the tyres.
+    Tyres(TyrePart),
+}
+
+/// What of tyres a model knows only roughly; its coordinate is ln of the ratio to the model's.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum TyrePart {
+    Friction,
+    VerticalStiffness,
+    SlipStiffness,
+}
+
+impl TyrePart {
+    /// 1 σ: how far the same rubber differs from floor to floor, and carcasses from one another.
+    fn std_dev(self) -> f64 {
+        match self {
+            TyrePart::Friction => 0.15,
+            TyrePart::VerticalStiffness | TyrePart::SlipStiffness => 0.3,
+        }
+    }
+
+    /// All that matter in a scene: a rigid cylinder has no patch.
+    pub fn all(scene: &Scene) -> &'static [TyrePart] {
+        match scene.contact {
+            Contact::Patch => &[TyrePart::Friction, TyrePart::VerticalStiffness, TyrePart::SlipStiffness],
+            Contact::Rigid => &[TyrePart::Friction],
+        }
+    }
+
+    /// Changes it on every wheel.
+    pub fn edit(self, scene: &mut Scene, log_ratio: f64) {
+        let ratio = log_ratio.exp();
+        for tyre in scene.robot.wheels.iter_mut().map(|wheel| &mut wheel.tyre) {
+            match self {
+                TyrePart::Friction => {
+                    tyre.friction_along *= ratio;
+                    tyre.friction_across *= ratio;
+                }
+                TyrePart::VerticalStiffness => tyre.vertical_stiffness *= ratio,
+                TyrePart::SlipStiffness => tyre.slip_stiffness *= ratio,
+            }
+        }
+    }
 }
 
 /// An effect with its choice made; what is left are coordinates.
@@ -163,6 +206,22 @@ impl Variant {
         }
     }
 
+    /// What a model knows only roughly of its tyres, and no candidate.
+    pub fn tyre_error(part: TyrePart) -> Variant {
+        Variant {
+            effect: &NO_CAUSE,
+            choice: String::new(),
+            role: Role::Tyres(part),
+            held: Vec::new(),
+            coordinates: vec![Coordinate::about_nothing(part.std_dev(), Coordinate::ANYWHERE)],
+        }
+    }
+
+    /// What of the tyres it is.
+    pub fn tyre_part(&self) -> Option<TyrePart> {
+        if let Role::Tyres(part) = self.role { Some(part) } else { None }
+    }
+
     /// Whether a coordinate of it is what responses err by, relative.
     pub fn is_error_of_response(&self, coordinate: usize) -> bool {
         self.role == Role::Responses && coordinate < RELATIVE
@@ -200,7 +259,7 @@ impl Variant {
 
     /// Whether it is no candidate, but something in doubt of the model, which moves a little under every answer.
     pub fn is_doubted(&self) -> bool {
-        matches!(self.role, Role::Calibration | Role::Responses)
+        matches!(self.role, Role::Calibration | Role::Responses | Role::Tyres(_))
     }
 
     /// Whether it is the cause of this name.

@@ -244,6 +244,41 @@ fn a_load_is_found_on_the_side_that_it_is_on() {
     }
 }
 
+/// A slope is resisted by friction, and no campaign on a level floor shows how much there is: a model that was fitted to one, and
+/// says so, gives the slope as widely as that leaves it open. On a floor with 1.2 times the model's friction (1.2 σ of what is
+/// in doubt), that covers the slope to 3 σ; a model that is sure of its tyres does not.
+#[test]
+fn a_model_that_was_fitted_does_not_know_friction() {
+    const GRADIENT: f64 = 0.015;
+    let given = base();
+    let mut floor = given.clone();
+    for tyre in floor.robot.wheels.iter_mut().map(|wheel| &mut wheel.tyre) {
+        tyre.friction_along *= 1.2;
+        tyre.friction_across *= 1.2;
+    }
+    let slope = Cause { values: vec![GRADIENT, 0.7], ..Effect::named("floor_slope").expect("known").nothing() };
+    let mut dataset = squares(&slope.edit(&floor), &given, DataKind::Logs, 45);
+    dataset.runs.retain(|run| matches!(run.protocol, Protocol::Square { side, .. } if side < 3.0));
+    let mut library = None;
+    let mut off = |doubt: Doubt| {
+        let mut model = given.clone();
+        model.robot.doubt = doubt;
+        let simulator = Simulator::new(&model, &GO_ON);
+        let data = std::slice::from_ref(&dataset);
+        let mut study =
+            Study::new(data, &[], &simulator, Options::default(), library.as_ref(), &|_, _| {}).expect("it is data");
+        library.get_or_insert_with(|| study.library());
+        let found = study.diagnose().expect("it can be diagnosed").findings;
+        let effects: Vec<&str> = found.iter().map(|finding| finding.effect).collect();
+        assert_eq!(effects, ["floor_slope"], "{found:#?}");
+        let gradient = found[0].parameters[0];
+        ((gradient.value - GRADIENT) / gradient.std_dev.expect("it was sought")).abs()
+    };
+    let sure = off(Doubt::default());
+    let fitted = off(Doubt { motion: 1e-4, ..Doubt::default() });
+    assert!(sure > 3.0 && fitted < 3.0, "{sure:.1} σ, {fitted:.1} σ");
+}
+
 /// Rigid cylinders turn the robot in a track a fifth narrower than patches do, and under a load they turn it half as much. A
 /// model on patches says whose wheels these are, names the class of what makes the track, and finds the load as large as it is
 /// on top; one that keeps to its patches cannot. The extended law is in the answer.
