@@ -72,7 +72,7 @@ pub(super) struct Way {
 #[derive(Debug, Clone, Default)]
 pub(super) struct Responses {
     pub of_axis: BTreeMap<Axis, Response>,
-    /// By variants, the lesser first.
+    /// By variants: of causes the lesser first, of a cause and what is in doubt of tyres the cause.
     of_pair: BTreeMap<[usize; 2], Interplay>,
 }
 

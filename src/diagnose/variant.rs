@@ -34,7 +34,7 @@ pub(super) enum TyrePart {
 }
 
 impl TyrePart {
-    /// 1 σ: how far the same rubber differs from floor to floor, and carcasses from one another.
+    /// 1 σ: an assumption, and what worlds of `challenge --mismatch` are drawn with.
     fn std_dev(self) -> f64 {
         match self {
             TyrePart::Friction => 0.15,
