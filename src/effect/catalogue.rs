@@ -2,9 +2,9 @@
 //!
 //! Signs: x forward, y left, angles counter-clockwise. Each entry has a physical test, `effects::*`.
 
-use super::{Choice, Effect, Family, Parameter, Prior};
+use super::{Choice, Effect, Family, Needs, Parameter, Prior};
 use crate::geometry::Pose2;
-use crate::scene::{Contact, GripRegion, RegionShape, Scene, Side, Wheel};
+use crate::scene::{GripRegion, RegionShape, Scene, Side, Wheel};
 use nalgebra::{UnitQuaternion, Vector3};
 
 const fn normal(name: &'static str, meaning: &'static str, std_dev: f64, bound: f64) -> Parameter {
@@ -30,7 +30,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[normal("ratio_minus_one", "D_R/D_L − 1, mean kept", 0.004, 0.3)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| {
             let ratio = 1.0 + values[0];
             scale_radii(scene, |wheel| if wheel.side == Side::Left { 2.0 } else { 2.0 * ratio } / (1.0 + ratio));
@@ -44,7 +44,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[normal("ratio_minus_one", "D_actual/D_model − 1", 0.005, 0.3)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scale_radii(scene, |_| 1.0 + values[0]),
     },
     Effect {
@@ -55,7 +55,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: PACEJKA,
         parameters: &[normal("ratio_minus_one", "D_rear/D_front − 1, mean kept", 0.01, 0.3)],
         choice: None,
-        applies: two_axles,
+        needs: Needs::TwoAxles,
         edit: |scene, values, _| {
             let ratio = 1.0 + values[0];
             let middle = middle_of_wheels(scene);
@@ -71,7 +71,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: PACEJKA,
         parameters: &[normal("per_hour", "relative growth of the radius an hour; negative shrinks", 0.005, 0.2)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scene.robot.tyre_growth += values[0],
     },
     Effect {
@@ -82,7 +82,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: SKID,
         parameters: &[normal("ratio_minus_one", "μ_y/μ_x − 1 over the model's", 0.05, 0.6)],
         choice: None,
-        applies: on_patches,
+        needs: Needs::Patches,
         edit: |scene, values, _| {
             for wheel in &mut scene.robot.wheels {
                 wheel.tyre.friction_across *= 1.0 + values[0];
@@ -97,7 +97,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: PACEJKA,
         parameters: &[normal("angle_rad", "counter-clockwise turn of the wheel about the vertical", 0.01, 0.3)],
         choice: Some(Choice::Wheel),
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, choice| {
             let toe = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), values[0]);
             for wheel in scene.robot.wheels.iter_mut().filter(|wheel| wheel.name == choice) {
@@ -113,7 +113,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: SKID,
         parameters: &[normal("x_m", "shift of the centre of mass, forward", 0.01, 0.3)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| shift_centre_of_mass(scene, values[0], 0.0),
     },
     Effect {
@@ -124,7 +124,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: PACEJKA,
         parameters: &[normal("y_m", "shift of the centre of mass, to the left", 0.01, 0.2)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| shift_centre_of_mass(scene, 0.0, values[0]),
     },
     Effect {
@@ -135,7 +135,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: PACEJKA,
         parameters: &[half_normal("coefficient", "drag force over the caster's load, added", 0.05, 1.0)],
         choice: None,
-        applies: |scene| !scene.robot.casters.is_empty(),
+        needs: Needs::Caster,
         edit: |scene, values, _| {
             for caster in &mut scene.robot.casters {
                 caster.drag_coefficient += values[0];
@@ -150,7 +150,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[normal("ratio_minus_one", "b_eff/b_model − 1", 0.02, 0.5)],
         choice: None,
-        applies: |scene| on_patches(scene) || !two_axles(scene),
+        needs: Needs::PatchesOrOneAxle,
         edit: |scene, values, _| change_effective_track(scene, values[0]),
     },
     Effect {
@@ -169,7 +169,7 @@ pub static EFFECTS: [Effect; 21] = [
             },
         ],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| {
             if values[0] == 0.0 {
                 return; // there and back through polar coordinates would cost a last bit
@@ -199,7 +199,7 @@ pub static EFFECTS: [Effect; 21] = [
             },
         ],
         choice: None,
-        applies: |scene| scene.floor.plane.is_some(),
+        needs: Needs::FlatFloor,
         edit: |scene, values, _| {
             if values[3] == 1.0 {
                 return;
@@ -218,7 +218,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[half_normal("fraction", "share of the counts that is lost", 0.002, 0.5)],
         choice: Some(Choice::Side),
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, choice| {
             let side = if choice == "left" { Side::Left } else { Side::Right };
             for wheel in scene.robot.wheels.iter_mut().filter(|wheel| wheel.side == side) {
@@ -234,7 +234,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[half_normal("delay_s", "age of a count when the controller gets it", 0.05, 0.5)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scene.robot.encoder.latency += values[0],
     },
     Effect {
@@ -245,7 +245,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[half_normal("angle_rad", "play at the wheel", 0.008, 0.3)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scene.robot.drivetrain.backlash += values[0],
     },
     Effect {
@@ -256,7 +256,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[half_normal("angle_rad", "way of a wheel after each stop", 0.02, 0.5)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scene.robot.drivetrain.stop_overrun += values[0],
     },
     Effect {
@@ -267,7 +267,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[normal("angle_rad", "positions and end headings turn by it", 0.01, 1.0)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scene.survey.start_heading_error += values[0],
     },
     Effect {
@@ -278,7 +278,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: "Censi et al. 2013, IEEE Trans. Robotics 29(2)",
         parameters: &[normal("angle_rad", "turn of the tracked frame; positions turn by minus it", 0.01, 1.0)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scene.survey.base_from_tracked.heading += values[0],
     },
     Effect {
@@ -292,7 +292,7 @@ pub static EFFECTS: [Effect; 21] = [
             normal("y_m", "tracked point in the robot, to the left", 0.05, 2.0),
         ],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| {
             let frame = scene.survey.base_from_tracked;
             scene.survey.base_from_tracked = Pose2::new(frame.x + values[0], frame.y + values[1], frame.heading);
@@ -306,7 +306,7 @@ pub static EFFECTS: [Effect; 21] = [
         source: UMBMARK,
         parameters: &[normal("ratio_minus_one", "length as read over length − 1", 0.003, 0.5)],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| scene.survey.scale *= 1.0 + values[0],
     },
     Effect {
@@ -321,7 +321,7 @@ pub static EFFECTS: [Effect; 21] = [
             half_normal("run_offset_std_s", "σ of offsets that differ from run to run", 0.1, 10.0),
         ],
         choice: None,
-        applies: always,
+        needs: Needs::Nothing,
         edit: |scene, values, _| {
             let survey = &mut scene.survey;
             survey.time_offset += values[0];
@@ -340,22 +340,9 @@ pub static NO_CAUSE: Effect = Effect {
     source: "Brunton, Proctor & Kutz 2016, PNAS 113(15), for sparse terms",
     parameters: &[],
     choice: None,
-    applies: always,
+    needs: Needs::Nothing,
     edit: |_, _, _| {},
 };
-
-fn always(_: &Scene) -> bool {
-    true
-}
-
-fn two_axles(scene: &Scene) -> bool {
-    scene.robot.wheelbase() > 0.0
-}
-
-/// Rigid cylinders grip alike in all directions.
-fn on_patches(scene: &Scene) -> bool {
-    scene.contact == Contact::Patch
-}
 
 fn scale_radii(scene: &mut Scene, factor: impl Fn(&Wheel) -> f64) {
     for wheel in &mut scene.robot.wheels {

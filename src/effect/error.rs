@@ -69,13 +69,15 @@ pub enum EffectError {
         /// Those that exist.
         among: Vec<String>,
     },
-    /// A robot without the part.
-    #[error("{effect}: robot `{robot}` does not have the part that this is about")]
+    /// A scene in which it does nothing.
+    #[error("{effect}: it needs {needs}, and robot `{robot}` as it stands here has none")]
     DoesNotApply {
         /// The effect.
         effect: &'static str,
         /// The robot.
         robot: String,
+        /// What it needs.
+        needs: &'static str,
     },
     /// A robot or world that cannot be loaded.
     #[error(transparent)]

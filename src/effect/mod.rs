@@ -12,7 +12,7 @@ pub use catalogue::{EFFECTS, NO_CAUSE};
 pub use error::EffectError;
 pub use model::{ExtendedModel, load_scene};
 
-use crate::scene::Scene;
+use crate::scene::{Contact, Scene};
 
 /// A physical or measurement cause that a model may leave out.
 #[derive(Debug)]
@@ -31,8 +31,47 @@ pub struct Effect {
     pub parameters: &'static [Parameter],
     /// What else has to be said: which wheel, which side.
     pub choice: Option<Choice>,
-    applies: fn(&Scene) -> bool,
+    needs: Needs,
     edit: fn(&mut Scene, &[f64], &str),
+}
+
+/// What a scene must have for an effect to do anything in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Needs {
+    Nothing,
+    TwoAxles,
+    Caster,
+    /// Rigid cylinders grip alike in all directions.
+    Patches,
+    /// What makes the track of two axles is friction, of one axle where its wheels stand.
+    PatchesOrOneAxle,
+    FlatFloor,
+}
+
+impl Needs {
+    fn met_by(self, scene: &Scene) -> bool {
+        let (on_patches, two_axles) = (scene.contact == Contact::Patch, scene.robot.wheelbase() > 0.0);
+        match self {
+            Needs::Nothing => true,
+            Needs::TwoAxles => two_axles,
+            Needs::Caster => !scene.robot.casters.is_empty(),
+            Needs::Patches => on_patches,
+            Needs::PatchesOrOneAxle => on_patches || !two_axles,
+            Needs::FlatFloor => scene.floor.plane.is_some(),
+        }
+    }
+
+    /// For messages.
+    fn label(self) -> &'static str {
+        match self {
+            Needs::Nothing => "nothing",
+            Needs::TwoAxles => "a second axle",
+            Needs::Caster => "a caster",
+            Needs::Patches => "tyres on contact patches",
+            Needs::PatchesOrOneAxle => "tyres on contact patches, or wheels on one axle",
+            Needs::FlatFloor => "a flat floor",
+        }
+    }
 }
 
 /// Where a cause sits.
@@ -152,9 +191,9 @@ impl Effect {
         EFFECTS.iter().find(|effect| effect.id == id)
     }
 
-    /// Whether `scene` has the part that it is about.
+    /// Whether `scene` has what it is about.
     pub fn applies(&self, scene: &Scene) -> bool {
-        (self.applies)(scene)
+        self.needs.met_by(scene)
     }
 
     /// What can be chosen in `scene`: wheels or sides, or one empty word where nothing has to be.
@@ -188,7 +227,8 @@ impl Cause {
     pub fn check(&self, scene: &Scene) -> Result<(), EffectError> {
         let effect = self.effect;
         if !effect.applies(scene) {
-            return Err(EffectError::DoesNotApply { effect: effect.id, robot: scene.robot.name.clone() });
+            let robot = scene.robot.name.clone();
+            return Err(EffectError::DoesNotApply { effect: effect.id, robot, needs: effect.needs.label() });
         }
         for (parameter, &value) in effect.parameters.iter().zip(&self.values) {
             let [least, greatest] = parameter.bounds;

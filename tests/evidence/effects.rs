@@ -1018,7 +1018,7 @@ fn settings_become_causes_or_errors() {
         ("floor_slope.gradient=-0.01", &["floor_slope.gradient = -0.01", "between 0 and 0.3"]),
         ("wheel_toe.angle_rad=0.01", &["wheel_toe.wheel = \"\"", "front_left, front_right, rear_left, rear_right"]),
         ("encoder_count_loss.side=middle", &["encoder_count_loss.side = \"middle\"", "left, right"]),
-        ("caster_drag.coefficient=0.1", &["caster_drag", "`jnpf_4wd` does not have the part"]),
+        ("caster_drag.coefficient=0.1", &["caster_drag", "needs a caster", "`jnpf_4wd`"]),
     ] {
         let error = parse(&[settings]).expect_err(settings).to_string();
         for part in parts {
