@@ -161,9 +161,7 @@ impl Moved {
             let (b, l) = (scene.robot.track_width(), scene.robot.wheelbase());
             b + l * l / b
         });
-        let mut model = cause("effective_track", actual / believed - 1.0).edit(&given);
-        model.robot.doubt = Doubt { effective_track: 0.01, ..Doubt::default() };
-        Moved { model, world }
+        Moved { model: cause("effective_track", actual / believed - 1.0).edit(&given), world }
     }
 
     /// Squares with logs of the robot with these causes, and nothing else, at work.
@@ -171,10 +169,20 @@ impl Moved {
         squares(&Cause::edit_all(causes, &self.world), &self.model, DataKind::Logs, 42)
     }
 
-    /// What the model finds if its responses are in doubt by so much.
-    fn findings(&self, dataset: &Dataset, response: f64) -> Vec<Finding> {
+    /// How far it was moved, as it would say itself.
+    const IN_DOUBT: Doubt = Doubt {
+        motion: 0.0,
+        remainder: 0.0,
+        response: 0.2,
+        diameter_scale: 0.0,
+        diameter_ratio: 0.0,
+        effective_track: 0.01,
+    };
+
+    /// What the model finds if it is in such doubt.
+    fn findings(&self, dataset: &Dataset, doubt: Doubt) -> Vec<Finding> {
         let mut model = self.model.clone();
-        model.robot.doubt.response = response;
+        model.robot.doubt = doubt;
         let simulator = Simulator::new(&model, &GO_ON);
         let mut study =
             Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
@@ -194,11 +202,11 @@ fn a_model_that_was_moved_finds_causes_that_act_otherwise() {
         let parameter = finding.parameters[0];
         ((parameter.value - LOAD) / parameter.std_dev.expect("it was sought")).abs()
     };
-    let in_doubt = moved.findings(&dataset, 0.2);
+    let in_doubt = moved.findings(&dataset, Moved::IN_DOUBT);
     assert_eq!(in_doubt.len(), 1, "{in_doubt:#?}");
     assert_eq!(in_doubt[0].effect, "load_offset_longitudinal");
     assert!(off(&in_doubt[0]) < 3.0, "{in_doubt:#?}");
-    let sure = moved.findings(&dataset, 0.0);
+    let sure = moved.findings(&dataset, Doubt::default());
     assert!(sure.len() > 1 || sure.iter().any(|finding| off(finding) > 3.0), "{sure:#?}");
 }
 
@@ -214,11 +222,11 @@ fn a_model_that_was_moved_does_not_know_where_a_cause_moves_the_centre_of_rotati
     };
     let unequal = moved.drive(&[cause("wheel_diameter_mismatch", 0.006), centre(-0.008)]);
     let names = |findings: &[Finding]| findings.iter().map(|finding| finding.effect).collect::<Vec<_>>();
-    let in_doubt = moved.findings(&unequal, 0.2);
+    let in_doubt = moved.findings(&unequal, Moved::IN_DOUBT);
     assert_eq!(names(&in_doubt), ["wheel_diameter_mismatch"], "{in_doubt:#?}");
-    let sure = moved.findings(&unequal, 0.0);
+    let sure = moved.findings(&unequal, Doubt::default());
     assert!(names(&sure).contains(&"survey_lever_arm"), "{sure:#?}");
-    let off = moved.findings(&moved.drive(&[centre(-0.04)]), 0.2);
+    let off = moved.findings(&moved.drive(&[centre(-0.04)]), Moved::IN_DOUBT);
     assert_eq!(names(&off), ["survey_lever_arm"], "{off:#?}");
     assert!(off[0].confounded_with.is_empty(), "{off:#?}");
 }
