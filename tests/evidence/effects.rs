@@ -1102,7 +1102,10 @@ fn an_extended_model_reads_as_it_was_written() {
     refused("base = \"jnpf_4wd\"\nbasis = 1", &["line 3", "basis"]);
     refused("base = \"jnpf_4wd\"\ncontact = \"soft\"", &["line 3", "soft", "patch", "rigid"]);
     let across = "[[effects]]\neffect = \"tyre_grip_anisotropy\"\nratio_minus_one = 0.1";
-    refused(&format!("base = \"jnpf_4wd\"\ncontact = \"rigid\"\n{across}"), &["tyre_grip_anisotropy", "does not have"]);
+    refused(
+        &format!("base = \"jnpf_4wd\"\ncontact = \"rigid\"\n{across}"),
+        &["tyre_grip_anisotropy", "needs tyres on contact patches"],
+    );
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"tilt\"", &["`tilt`: no such effect"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\ngradient = 1", &["no such effect"]);
     let odd = "base = \"jnpf_4wd\"\n[[residue]]\ncondition = \"spin\"\nstart = [0.0, 0.0, 0.0]\nruns = 5\nat = [1.0]\nx = [0.0]\n\
@@ -1111,7 +1114,7 @@ fn an_extended_model_reads_as_it_was_written() {
     refused(odd, &["residue of `spin`", "1, 2, 0, 1 numbers"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"floor_slope\"\nslope = 1", &["no parameter `slope`"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"floor_slope\"\ngradient = 1", &["between 0 and 0.3"]);
-    refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"caster_drag\"\ncoefficient = 0.1", &["does not have"]);
+    refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"caster_drag\"\ncoefficient = 0.1", &["needs a caster"]);
 }
 
 // ── replay ──
