@@ -149,21 +149,28 @@ impl Problem<'_> {
         for (index, cluster) in self.clusters.iter().enumerate() {
             let factor = self.factors[index].l_dirty();
             let reference = cluster.reference;
-            let here = self.predict_with(index, reference, at, &survey);
+            let (case, way) = (&self.cases[reference], &self.surrogate.ways[reference]);
+            let steps = self.surrogate.steps(index, reference, at, self.variants);
+            let path = compose(way.start, &steps);
+            let read = |path: &[Pose2], survey| flatten(case, &self.surrogate.readings(case, way, path, survey));
+            let here = read(&path, &survey);
             let mut jacobian = DMatrix::zeros(here.len(), axes.len());
             for (column, (axis, (moved, survey, step))) in axes.iter().zip(&shifted).enumerate() {
                 let hourly = self.variants[axis.variant].coordinates[axis.coordinate].hourly;
                 let there = if hourly {
                     self.predict_at_an_hour(index, reference, at, moved, survey)
                 } else {
-                    self.predict_with(index, reference, moved, survey) - &here
+                    let to = self.surrogate.path_beyond((index, reference), (at, &steps), moved, self.variants);
+                    read(to.as_deref().unwrap_or(&path), survey) - &here
                 };
                 jacobian.set_column(column, &(there / *step));
             }
             factor.solve_lower_triangular_mut(&mut jacobian);
             columns.push(jacobian);
             for run in self.clusters[index].active(&self.counts) {
-                let mut residual = &self.observed[run] - self.predict_with(index, run, at, &survey);
+                let predicted =
+                    if run == reference { here.clone() } else { self.predict_with(index, run, at, &survey) };
+                let mut residual = &self.observed[run] - predicted;
                 factor.solve_lower_triangular_mut(&mut residual);
                 residuals[run] = residual;
             }
@@ -238,8 +245,7 @@ impl Problem<'_> {
         let case = &self.cases[reference];
         let way = &self.surrogate.ways[reference];
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
-        let mut changed = way.steps.clone();
-        self.surrogate.responses[cluster].add(at, way, self.variants, &mut changed);
+        let changed = self.surrogate.steps(cluster, reference, at, self.variants);
         let read =
             |steps: &[Step]| flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey));
         let here = read(&changed);
@@ -261,8 +267,7 @@ impl Problem<'_> {
         }
         // What a spot does hangs on where exactly it is come upon, run for run and for all of them.
         let on_level_floor = self.on_level_floor(at);
-        let mut without = way.steps.clone();
-        self.surrogate.responses[cluster].add(&on_level_floor, way, self.variants, &mut without);
+        let without = self.surrogate.steps(cluster, reference, &on_level_floor, self.variants);
         for part in (0..PARTS).filter(|_| on_level_floor.len() < at.len()) {
             let mut steps = changed.clone();
             for k in part * count / PARTS..(part + 1) * count / PARTS {
@@ -288,11 +293,7 @@ impl Problem<'_> {
         let case = &self.cases[reference];
         let way = &self.surrogate.ways[reference];
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
-        let with = |at: &Coordinates| {
-            let mut steps = way.steps.clone();
-            self.surrogate.responses[cluster].add(at, way, self.variants, &mut steps);
-            steps
-        };
+        let with = |at: &Coordinates| self.surrogate.steps(cluster, reference, at, self.variants);
         let read =
             |steps: &[Step]| flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey));
         let changed = with(at);

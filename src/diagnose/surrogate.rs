@@ -91,6 +91,13 @@ fn share_of(at: &Coordinates, variant: usize, reference: &[f64]) -> f64 {
     along / reference.iter().map(|value| value * value).sum::<f64>()
 }
 
+impl Interplay {
+    /// How much of it there is at `at` between both of `pair`.
+    fn share(&self, [one, other]: [usize; 2], at: &Coordinates) -> f64 {
+        share_of(at, one, &self.at[0]) * share_of(at, other, &self.at[1])
+    }
+}
+
 /// A coordinate, and what the simulator says that it changes.
 type Node = (f64, Vec<Step>);
 
@@ -142,15 +149,9 @@ impl Response {
         Response { simulated, between: Between::Straight, carried: false }
     }
 
-    /// Adds the change at coordinate `x` to `steps`.
-    fn add(&self, x: f64, steps: &mut [Step]) {
-        let mut add = |factor: f64, changes: &[Step]| {
-            for (step, change) in steps.iter_mut().zip(changes) {
-                for c in 0..3 {
-                    step[c] += factor * change[c];
-                }
-            }
-        };
+    /// Adds the change at coordinate `x`, so many times, to `steps`.
+    fn add(&self, x: f64, times: f64, steps: &mut [Step]) {
+        let mut add = |factor: f64, changes: &[Step]| add_times(times * factor, changes, steps);
         match &self.between {
             Between::Smooth(differences) => {
                 let mut factor = x;
@@ -196,12 +197,8 @@ impl Response {
 impl Responses {
     /// Adds the changes under a hypothesis to the steps of `way`, each component by what responses are taken to err by there.
     pub fn add(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
-        let is_error = |axis: &Axis| variants[axis.variant].is_error_of_response(axis.coordinate);
-        let mut errors = [0.0; RELATIVE];
-        for (axis, value) in at.iter().filter(|(axis, _)| is_error(axis)) {
-            errors[axis.coordinate] = *value;
-        }
-        if errors == [0.0; RELATIVE] {
+        let errors = errors_of_response(at, variants);
+        if errors == NO_ERRORS {
             return self.add_exact(at, way, variants, steps);
         }
         let mut changes = vec![[0.0; 3]; steps.len()];
@@ -219,19 +216,61 @@ impl Responses {
     fn add_exact(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
         for (axis, value) in at {
             if let Some(response) = self.of_axis.get(axis) {
-                let hourly = variants[axis.variant].coordinates[axis.coordinate].hourly;
-                response.add(if hourly { value * way.hours } else { *value }, steps);
+                response.add(way.along(axis, *value, variants), 1.0, steps);
             }
         }
-        for ([one, other], interplay) in &self.of_pair {
-            let share = share_of(at, *one, &interplay.at[0]) * share_of(at, *other, &interplay.at[1]);
-            if share != 0.0 {
-                for (step, change) in steps.iter_mut().zip(&interplay.change) {
-                    for c in 0..3 {
-                        step[c] += share * change[c];
-                    }
-                }
+        for (pair, interplay) in &self.of_pair {
+            add_times(interplay.share(*pair, at), &interplay.change, steps);
+        }
+    }
+
+    /// Adds what `to` changes beyond `from` of the same axes and more; whether that is anything.
+    fn add_beyond(
+        &self,
+        from: &Coordinates,
+        to: &Coordinates,
+        way: &Way,
+        variants: &[Variant],
+        steps: &mut [Step],
+    ) -> bool {
+        let mut moved = false;
+        for (axis, value) in to {
+            let before = from.iter().find(|(known, _)| known == axis).map_or(0.0, |(_, value)| *value);
+            if let Some(response) = self.of_axis.get(axis).filter(|_| before != *value) {
+                response.add(way.along(axis, *value, variants), 1.0, steps);
+                response.add(way.along(axis, before, variants), -1.0, steps);
+                moved = true;
             }
+        }
+        for (pair, interplay) in &self.of_pair {
+            let beyond = interplay.share(*pair, to) - interplay.share(*pair, from);
+            add_times(beyond, &interplay.change, steps);
+            moved |= beyond != 0.0;
+        }
+        moved
+    }
+}
+
+const NO_ERRORS: [f64; RELATIVE] = [0.0; RELATIVE];
+
+/// What responses are taken to err by in each component, relative.
+fn errors_of_response(at: &Coordinates, variants: &[Variant]) -> [f64; RELATIVE] {
+    let is_error = |axis: &Axis| variants[axis.variant].is_error_of_response(axis.coordinate);
+    let mut errors = NO_ERRORS;
+    for (axis, value) in at.iter().filter(|(axis, _)| is_error(axis)) {
+        errors[axis.coordinate] = *value;
+    }
+    errors
+}
+
+/// Adds `changes`, so many times, to `steps`.
+fn add_times(times: f64, changes: &[Step], steps: &mut [Step]) {
+    if times == 0.0 {
+        return;
+    }
+    for (step, change) in steps.iter_mut().zip(changes) {
+        for c in 0..3 {
+            step[c] += times * change[c];
         }
     }
 }
@@ -487,10 +526,7 @@ impl Surrogate {
                 .collect();
             for (position, &one) in concerned.iter().enumerate() {
                 for &other in &concerned[position + 1..] {
-                    let is_near = |known: &Interplay| {
-                        let share = share_of(at, one, &known.at[0]) * share_of(at, other, &known.at[1]);
-                        (share - 1.0).abs() < NEAR_BY
-                    };
+                    let is_near = |known: &Interplay| (known.share([one, other], at) - 1.0).abs() < NEAR_BY;
                     if !responses.of_pair.get(&[one, other]).is_some_and(is_near) {
                         wanted.push((index, [one, other]));
                     }
@@ -561,7 +597,7 @@ impl Surrogate {
         for (axis, value) in at {
             if let Some(response) = self.responses[cluster].of_axis.get(axis) {
                 let mut alone = vec![[0.0; 3]; change.len()];
-                response.add(*value, &mut alone);
+                response.add(*value, 1.0, &mut alone);
                 subtract(&mut change, &alone);
             }
         }
@@ -648,10 +684,33 @@ impl Surrogate {
 
     /// The way of a run under a hypothesis: its steps' ends in the room, the start first.
     pub fn path(&self, cluster: usize, run: usize, at: &Coordinates, variants: &[Variant]) -> Vec<Pose2> {
+        compose(self.ways[run].start, &self.steps(cluster, run, at, variants))
+    }
+
+    /// Its steps.
+    pub fn steps(&self, cluster: usize, run: usize, at: &Coordinates, variants: &[Variant]) -> Vec<Step> {
         let way = &self.ways[run];
         let mut steps = way.steps.clone();
         self.responses[cluster].add(at, way, variants, &mut steps);
-        compose(way.start, &steps)
+        steps
+    }
+
+    /// The path of a run under `to`, which moves from `from` along a few axes, where the run's `steps` are known; `None` where it
+    /// is the same.
+    pub fn path_beyond(
+        &self,
+        (cluster, run): (usize, usize),
+        (from, steps): (&Coordinates, &[Step]),
+        to: &Coordinates,
+        variants: &[Variant],
+    ) -> Option<Vec<Pose2>> {
+        let way = &self.ways[run];
+        if [from, to].iter().any(|at| errors_of_response(at, variants) != NO_ERRORS) {
+            return Some(self.path(cluster, run, to, variants));
+        }
+        let mut steps = steps.to_vec();
+        let moves = self.responses[cluster].add_beyond(from, to, way, variants, &mut steps);
+        moves.then(|| compose(way.start, &steps))
     }
 
     /// Readings of a path, as `survey` reads them.
@@ -701,8 +760,7 @@ impl Surrogate {
         }
         let (cluster, reference) = self.most_turning;
         let way = &self.ways[reference];
-        let mut steps = way.steps.clone();
-        self.responses[cluster].add(at, way, variants, &mut steps);
+        let steps = self.steps(cluster, reference, at, variants);
         let moved = |(step, given): (&Step, &Step)| length(&each(|c| step[c] - given[c]));
         steps.iter().zip(&way.steps).map(moved).sum::<f64>() / way.turned().max(f64::MIN_POSITIVE)
     }
@@ -948,6 +1006,11 @@ pub(super) fn steps_of(trace: &Trace) -> usize {
 }
 
 impl Way {
+    /// Where a run of this way is along an axis: what grows by the hour, as far as it had grown.
+    fn along(&self, axis: &Axis, value: f64, variants: &[Variant]) -> f64 {
+        if variants[axis.variant].coordinates[axis.coordinate].hourly { value * self.hours } else { value }
+    }
+
     /// A trace cut into `count` steps: of equal time for a replay, whose times are the log's; else of equal progress, so
     /// that a robot that stands longer somewhere is still compared where it is.
     pub fn of(trace: &Trace, count: usize, replayed: bool, hours: f64) -> Way {
