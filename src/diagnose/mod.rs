@@ -239,10 +239,8 @@ impl<'m> Study<'m> {
         if moved > options.response_error[0] {
             variants.push(Variant::response_error(STRANGE * moved));
         }
-        // A model that was fitted to a robot knows how it moves, and of its tyres what they were taken for.
-        if scene.robot.doubt != Doubt::default() || !scene.robot.residues.is_empty() {
-            variants.extend(TyrePart::all(scene).iter().map(|&part| Variant::tyre_error(part)));
-        }
+        variants
+            .extend(TyrePart::in_doubt(scene).into_iter().map(|(part, std_dev)| Variant::tyre_error(part, std_dev)));
         let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
         Ok(Study {
@@ -499,6 +497,14 @@ impl<'m> Study<'m> {
                 break;
             }
         }
+        // What is in doubt of the tyres comes in once the causes have settled: while they are looked for it would serve those that
+        // were simulated with it against all others.
+        if self.refine_on_tyres(&ranking)? {
+            ranking.look_anew(&self.problem(self.counts.clone()));
+            if self.options.noise.is_none() {
+                self.weigh_noise(&mut ranking);
+            }
+        }
         Ok(self.explained(ranking))
     }
 
@@ -642,16 +648,21 @@ impl<'m> Study<'m> {
 
     /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
     fn refine(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
-        let best = ranking.best().log_posterior;
-        let leading = || ranking.hypotheses.iter().take(LEADING).filter(|h| h.log_posterior > best - 12.0);
         // What a model that was moved far lets a cause do is seen where the cause is, not where it was simulated at first.
         let alone = ranking.nothing().set.len() + 1;
         let singles = ranking.hypotheses.iter().filter(|h| self.was_moved() && h.set.len() == alone);
-        let at: Vec<_> = leading().chain(singles).flat_map(|h| h.fit.at.iter().chain(&h.opposite).copied()).collect();
-        let mut refined = self.refine_at(&at)?;
+        let at: Vec<_> =
+            leading(ranking).chain(singles).flat_map(|h| h.fit.at.iter().chain(&h.opposite).copied()).collect();
+        let refined = self.refine_at(&at)?;
         let (surrogate, bench) = self.bench();
-        refined |= surrogate.couple(bench, &ranking.best().fit.at)?;
-        for answer in leading() {
+        Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
+    }
+
+    /// Simulates the leading answers on tyres that are other than the model's in what is in doubt of them; whether any was.
+    fn refine_on_tyres(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
+        let (surrogate, bench) = self.bench();
+        let mut refined = false;
+        for answer in leading(ranking) {
             refined |= surrogate.couple_with_tyres(bench, &answer.fit.at)?;
         }
         Ok(refined)
@@ -771,6 +782,12 @@ pub struct PairEvidence {
     pub fewer: f64,
     /// Of the best other pair.
     pub other: f64,
+}
+
+/// Answers that are worth simulating where they are best.
+fn leading(ranking: &search::Ranking) -> impl Iterator<Item = &search::Hypothesis> {
+    let best = ranking.best().log_posterior;
+    ranking.hypotheses.iter().take(LEADING).filter(move |h| h.log_posterior > best - 12.0)
 }
 
 /// The causes of a hypothesis.

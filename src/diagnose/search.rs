@@ -60,6 +60,8 @@ const BEAM: usize = 4;
 const PROMISES: usize = 24;
 /// Linear looks from each: what is plausible is no normal law.
 const LOOKS: usize = 2;
+/// Answers of an earlier search that are looked at again.
+const LEADING: usize = 20;
 /// Spots on the floor that are looked at closely from each.
 const SPOTS: usize = 6;
 
@@ -174,13 +176,22 @@ impl Ranking {
     /// Looks from where the leading answers and the single causes of an earlier search were best, too: what was simulated
     /// there since may have moved them away from where a search begins.
     pub fn look_again(&mut self, problem: &Problem<'_>, earlier: &Ranking) {
-        const LEADING: usize = 20;
         let alone = self.nothing().set.len() + 1;
         let again = earlier.hypotheses.iter().enumerate().filter(|(rank, h)| *rank < LEADING || h.set.len() <= alone);
         let again: Vec<&Hypothesis> = again.map(|(_, h)| h).collect();
         let again: Vec<Hypothesis> =
             again.into_par_iter().map(|h| Hypothesis::of(problem, &h.set, &h.fit.at)).collect();
         self.add(again);
+        self.look_at_fewer(problem);
+    }
+
+    /// Looks at the leading answers and at none anew, where more was simulated of them.
+    pub fn look_anew(&mut self, problem: &Problem<'_>) {
+        let nothing = self.nothing().set.clone();
+        let leading =
+            self.hypotheses.par_iter_mut().enumerate().filter(|(rank, h)| *rank < LEADING || h.set == nothing);
+        leading.for_each(|(_, h)| *h = Hypothesis::of(problem, &h.set, &h.fit.at));
+        self.sort();
         self.look_at_fewer(problem);
     }
 

@@ -34,20 +34,17 @@ pub(super) enum TyrePart {
 }
 
 impl TyrePart {
-    /// 1 σ: an assumption, and what worlds of `challenge --mismatch` are drawn with.
-    fn std_dev(self) -> f64 {
-        match self {
-            TyrePart::Friction => 0.15,
-            TyrePart::VerticalStiffness | TyrePart::SlipStiffness => 0.3,
-        }
-    }
-
-    /// All that matter in a scene: a rigid cylinder has no patch.
-    pub fn all(scene: &Scene) -> &'static [TyrePart] {
-        match scene.contact {
-            Contact::Patch => &[TyrePart::Friction, TyrePart::VerticalStiffness, TyrePart::SlipStiffness],
-            Contact::Rigid => &[TyrePart::Friction],
-        }
+    /// Those that a scene's model is in doubt of, and 1 σ of each: a rigid cylinder has no patch.
+    pub fn in_doubt(scene: &Scene) -> Vec<(TyrePart, f64)> {
+        let doubt = scene.robot.doubt;
+        let stiffness = if scene.contact == Contact::Patch { doubt.stiffness } else { 0.0 };
+        let mut parts = vec![
+            (TyrePart::Friction, doubt.friction),
+            (TyrePart::VerticalStiffness, stiffness),
+            (TyrePart::SlipStiffness, stiffness),
+        ];
+        parts.retain(|(_, std_dev)| *std_dev > 0.0);
+        parts
     }
 
     /// Changes it on every wheel.
@@ -207,13 +204,13 @@ impl Variant {
     }
 
     /// What a model knows only roughly of its tyres, and no candidate.
-    pub fn tyre_error(part: TyrePart) -> Variant {
+    pub fn tyre_error(part: TyrePart, std_dev: f64) -> Variant {
         Variant {
             effect: &NO_CAUSE,
             choice: String::new(),
             role: Role::Tyres(part),
             held: Vec::new(),
-            coordinates: vec![Coordinate::about_nothing(part.std_dev(), Coordinate::ANYWHERE)],
+            coordinates: vec![Coordinate::about_nothing(std_dev, Coordinate::ANYWHERE)],
         }
     }
 

@@ -296,7 +296,8 @@ pub(super) fn convincing<'r>(ranking: &'r Ranking, variants: &[Variant]) -> &'r 
 }
 
 /// How far an answer is to be doubted: a model that had to be moved by so much may answer causes otherwise by as much, and
-/// what a calibration would find is known as well as these data say.
+/// what a calibration would find is known as well as these data say. What it leaves and its tyres are as much in doubt as the
+/// model's.
 fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
     let problem = study.problem(study.counts.clone());
     let of = super::CALIBRATED.map(|id| study.variants.iter().position(|it| it.names(id)));
@@ -311,13 +312,14 @@ fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
             off.hypot(fit.covariance[(place, place)].sqrt())
         })
     });
+    // What was fitted is how the robot moves; its tyres are what the model took them for.
     Doubt {
         motion: 0.0,
-        remainder: study.model.scene().robot.doubt.remainder,
         response: correction(study, &best.fit.at),
         diameter_scale: widths[0],
         diameter_ratio: widths[1],
         effective_track: widths[2],
+        ..study.model.scene().robot.doubt.of_usual_tyres()
     }
 }
 
@@ -328,8 +330,7 @@ pub(super) fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) 
         // Runs that are held out have no say in how far a model is to be doubted.
         for (index, cluster) in study.clusters[..study.campaign].iter().enumerate() {
             let way = &study.surrogate.ways[cluster.reference];
-            let mut steps = way.steps.clone();
-            study.surrogate.responses[index].add(at, way, &study.variants, &mut steps);
+            let steps = study.surrogate.steps(index, cluster.reference, at, &study.variants);
             for (step, given) in steps.iter().zip(&way.steps) {
                 changed += (step[component] - given[component]).powi(2);
                 whole += given[component].powi(2);

@@ -17,9 +17,10 @@
 //! ```
 //!
 //! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of
-//! a way, on runs that it was not fitted to; `remainder`, how much an answer may leave; `response`, of what causes do to it; `diameter_scale`, `diameter_ratio` and
-//! `effective_track`, 1 σ of what a calibration would find. A diagnosis blames no cause for so much. Tables `[[residue]]` say
-//! what the campaign that the model was fitted to leaves ([`Residue`]): a diagnosis of the next one starts from there.
+//! a way, on runs that it was not fitted to; `remainder`, how much an answer may leave; `response`, of what causes do to it;
+//! `diameter_scale`, `diameter_ratio` and `effective_track`, 1 σ of what a calibration would find; `friction` and `stiffness`,
+//! 1 σ of what its tyres are taken for. A diagnosis blames no cause for so much. Tables `[[residue]]` say what the campaign
+//! that the model was fitted to leaves ([`Residue`]): a diagnosis of the next one starts from there.
 //!
 //! Every command takes one as `--robot`. It may hold edits of floor and survey, since that is where causes can lie.
 

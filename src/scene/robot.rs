@@ -78,9 +78,29 @@ pub struct Doubt {
     /// See `diameter_scale`.
     #[serde(deserialize_with = "share")]
     pub effective_track: f64,
+    /// 1 σ of the logarithm of what tyres are taken for: how far the same rubber differs from floor to floor.
+    #[serde(deserialize_with = "share")]
+    pub friction: f64,
+    /// The same of vertical and slip stiffness: how far carcasses and treads differ from one another.
+    #[serde(deserialize_with = "share")]
+    pub stiffness: f64,
 }
 
 impl Doubt {
+    /// What is usual of a tyre that nobody has measured.
+    const USUAL_FRICTION: f64 = 0.15;
+    const USUAL_STIFFNESS: f64 = 0.3;
+
+    /// With tyres as unknown as is usual, where nothing is said of them.
+    pub fn of_usual_tyres(self) -> Doubt {
+        let or = |stated: f64, usual: f64| if stated > 0.0 { stated } else { usual };
+        Doubt {
+            friction: or(self.friction, Doubt::USUAL_FRICTION),
+            stiffness: or(self.stiffness, Doubt::USUAL_STIFFNESS),
+            ..self
+        }
+    }
+
     /// The greater of each.
     pub fn widest(self, other: Doubt) -> Doubt {
         Doubt {
@@ -90,6 +110,8 @@ impl Doubt {
             diameter_scale: self.diameter_scale.max(other.diameter_scale),
             diameter_ratio: self.diameter_ratio.max(other.diameter_ratio),
             effective_track: self.effective_track.max(other.effective_track),
+            friction: self.friction.max(other.friction),
+            stiffness: self.stiffness.max(other.stiffness),
         }
     }
 }
