@@ -2,9 +2,10 @@
 //! could explain it, what these data could not have shown.
 
 use super::grid::Grid;
-use super::text::{Style, parameter};
+use super::text::{Style, decimals, parameter};
 use crate::calibrate::Parameter;
 use crate::diagnose::{Blind, Diagnosis, Finding, Gain, Verdict};
+use crate::effect::Cause;
 use crate::scene::Contact;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -22,7 +23,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     let _ = writeln!(out, "{}\n", answer(diagnosis));
     let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Terminal) };
     out.push_str(&draw(findings(diagnosis)));
-    if let Some(words) = tyres(diagnosis) {
+    for words in notes(diagnosis) {
         let _ = writeln!(out, "{words}");
     }
     let _ = writeln!(out, "{}", worth(gain));
@@ -50,7 +51,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
 /// The same in short, for the recording's text panel.
 pub fn markdown(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     let mut out = format!("**{}**\n\n{}\n\n", answer(diagnosis), worth(gain));
-    if let Some(words) = tyres(diagnosis) {
+    for words in notes(diagnosis) {
         let _ = writeln!(out, "{words}\n");
     }
     let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Markdown) };
@@ -119,8 +120,37 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
     }
 }
 
+/// What is to be said of the extended model.
+pub(super) fn notes(diagnosis: &Diagnosis) -> Vec<String> {
+    tyres(diagnosis).into_iter().chain(sizes(diagnosis)).collect()
+}
+
+/// Sizes in the extended model that are beyond 1 σ of what was found.
+fn sizes(diagnosis: &Diagnosis) -> Option<String> {
+    let mut other = Vec::new();
+    for finding in &diagnosis.findings {
+        let is_it = |cause: &&Cause| cause.effect.id == finding.effect && cause.choice == finding.choice;
+        let Some(cause) = diagnosis.causes.iter().find(is_it) else { continue };
+        for (parameter, value) in cause.effect.parameters.iter().zip(&cause.values) {
+            let found = finding.parameters.iter().find(|found| found.name == parameter.name);
+            let Some((found, std_dev)) = found.and_then(|found| Some((found.value, found.std_dev?))) else { continue };
+            if (value - found).abs() > std_dev {
+                let decimals = decimals(std_dev);
+                other.push(format!("{}.{} = {value:.decimals$}", named(finding), parameter.name));
+            }
+        }
+    }
+    (!other.is_empty()).then(|| {
+        format!(
+            "The extended model holds {}: so it predicts these runs best on the tyres that it has; the values above allow for \
+             other tyres.",
+            joined(&other, "and")
+        )
+    })
+}
+
 /// That the tyres are not the model's, where they are not.
-pub(super) fn tyres(diagnosis: &Diagnosis) -> Option<String> {
+fn tyres(diagnosis: &Diagnosis) -> Option<String> {
     let other = diagnosis.other_tyres?;
     let law = |contact: Contact| match contact {
         Contact::Patch => "on patches of rubber",

@@ -143,8 +143,13 @@ pub(super) fn parameter(parameter: &Parameter) -> String {
     if std_dev.is_nan() || std_dev <= 0.0 {
         return format!("{value:.5}");
     }
-    let digits = (1.0 - std_dev.log10().floor()).clamp(2.0, 8.0) as usize;
+    let digits = decimals(std_dev);
     format!("{value:.digits$} ± {std_dev:.digits$}")
+}
+
+/// Decimals of a value that a σ leaves.
+pub(super) fn decimals(std_dev: f64) -> usize {
+    (1.0 - std_dev.log10().floor()).clamp(2.0, 8.0) as usize
 }
 
 /// What every method found in data, how well it predicts, and which to take.

@@ -24,7 +24,7 @@ pub fn page(
     };
     let drawn = &conditions[..conditions.len().min(MOST_FIGURES)];
     let mut beside = vec![words::worth(gain)];
-    beside.extend(words::tyres(diagnosis));
+    beside.extend(words::notes(diagnosis));
     beside.extend(words::next(diagnosis).map(|next| format!("Next experiment: {next}")));
     let mut notes = vec![capital(words::noise(diagnosis))];
     notes.extend(diagnosis.left_out.iter().map(|run| format!("Left out: {run}.")));
