@@ -33,6 +33,18 @@ fn squares(world: &Scene, model: &Scene, data: DataKind, seed: u64) -> Dataset {
     dataset
 }
 
+/// The runs of 2 m squares.
+fn small(mut dataset: Dataset) -> Dataset {
+    dataset.runs.retain(|run| matches!(run.protocol, Protocol::Square { side, .. } if side < 3.0));
+    dataset
+}
+
+/// How far the first number of a finding is from the truth \[σ\].
+fn off(finding: &Finding, truth: f64) -> f64 {
+    let parameter = finding.parameters[0];
+    (parameter.value - truth) / parameter.std_dev.expect("it was sought")
+}
+
 /// Hidden effects drawn from the priors, and a clean robot in one draw of five: no wrong name, no false alarm, and names
 /// where an oracle that knows the truth could give them. Of so few draws one may be lost to noise (in 12 draws at the
 /// targets' rates of 1 to 2 % a draw, two or more would be a matter of 1 in 40).
@@ -198,16 +210,12 @@ fn a_model_that_was_moved_finds_causes_that_act_otherwise() {
     const LOAD: f64 = -0.015;
     let moved = Moved::new();
     let dataset = moved.drive(&[cause("load_offset_longitudinal", LOAD)]);
-    let off = |finding: &Finding| {
-        let parameter = finding.parameters[0];
-        ((parameter.value - LOAD) / parameter.std_dev.expect("it was sought")).abs()
-    };
     let in_doubt = moved.findings(&dataset, Moved::IN_DOUBT);
     assert_eq!(in_doubt.len(), 1, "{in_doubt:#?}");
     assert_eq!(in_doubt[0].effect, "load_offset_longitudinal");
-    assert!(off(&in_doubt[0]) < 3.0, "{in_doubt:#?}");
+    assert!(off(&in_doubt[0], LOAD).abs() < 3.0, "{in_doubt:#?}");
     let sure = moved.findings(&dataset, Doubt::default());
-    assert!(sure.len() > 1 || sure.iter().any(|finding| off(finding) > 3.0), "{sure:#?}");
+    assert!(sure.len() > 1 || sure.iter().any(|finding| off(finding, LOAD).abs() > 3.0), "{sure:#?}");
 }
 
 /// A moved model does not know where the centre of rotation goes under a cause: unequal wheels that move it by 8 mm, as they
@@ -239,16 +247,13 @@ fn a_load_is_found_on_the_side_that_it_is_on() {
     let simulator = Simulator::new(&given, &GO_ON);
     for load in [-0.025, 0.025] {
         let world = cause("load_offset_longitudinal", load).edit(&given);
-        let mut dataset = squares(&world, &given, DataKind::EndPoints, 44);
-        dataset.runs.retain(|run| matches!(run.protocol, Protocol::Square { side, .. } if side < 3.0));
+        let dataset = small(squares(&world, &given, DataKind::EndPoints, 44));
         let mut study =
             Study::new(&[dataset], &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
         let found = study.diagnose().expect("it can be diagnosed");
         let finding = found.findings.first().expect("it is something");
         assert_eq!(finding.effect, "load_offset_longitudinal", "{:#?}", found.ranking);
-        let parameter = finding.parameters[0];
-        let off = (parameter.value - load) / parameter.std_dev.expect("it was sought");
-        assert!(off.abs() < 4.0, "{parameter:?}, off by {off:.1} σ");
+        assert!(off(finding, load).abs() < 4.0, "{finding:?}, off by {:.1} σ", off(finding, load));
     }
 }
 
@@ -265,10 +270,9 @@ fn a_model_that_was_fitted_does_not_know_friction() {
         tyre.friction_across *= 1.2;
     }
     let slope = Cause { values: vec![GRADIENT, 0.7], ..Effect::named("floor_slope").expect("known").nothing() };
-    let mut dataset = squares(&slope.edit(&floor), &given, DataKind::Logs, 45);
-    dataset.runs.retain(|run| matches!(run.protocol, Protocol::Square { side, .. } if side < 3.0));
+    let dataset = small(squares(&slope.edit(&floor), &given, DataKind::Logs, 45));
     let mut library = None;
-    let mut off = |doubt: Doubt| {
+    let mut off_by = |doubt: Doubt| {
         let mut model = given.clone();
         model.robot.doubt = doubt;
         let simulator = Simulator::new(&model, &GO_ON);
@@ -279,11 +283,10 @@ fn a_model_that_was_fitted_does_not_know_friction() {
         let found = study.diagnose().expect("it can be diagnosed").findings;
         let effects: Vec<&str> = found.iter().map(|finding| finding.effect).collect();
         assert_eq!(effects, ["floor_slope"], "{found:#?}");
-        let gradient = found[0].parameters[0];
-        ((gradient.value - GRADIENT) / gradient.std_dev.expect("it was sought")).abs()
+        off(&found[0], GRADIENT).abs()
     };
-    let sure = off(Doubt::default());
-    let fitted = off(Doubt { motion: 1e-4, ..Doubt::default() });
+    let sure = off_by(Doubt::default());
+    let fitted = off_by(Doubt::default().of_usual_tyres());
     assert!(sure > 3.0 && fitted < 3.0, "{sure:.1} σ, {fitted:.1} σ");
 }
 
@@ -295,18 +298,13 @@ fn hard_wheels_are_told_from_patches() {
     const LOAD: f64 = -0.015;
     let given = base();
     let hard = Scene { contact: Contact::Rigid, ..base() };
-    let mut dataset = squares(&cause("load_offset_longitudinal", LOAD).edit(&hard), &given, DataKind::Logs, 43);
-    dataset.runs.retain(|run| matches!(run.protocol, Protocol::Square { side, .. } if side < 3.0));
+    let dataset = small(squares(&cause("load_offset_longitudinal", LOAD).edit(&hard), &given, DataKind::Logs, 43));
     let simulator = Simulator::new(&given, &GO_ON);
     let diagnosed = |other_tyres: bool| {
         let options = Options { other_tyres, most_causes: 3, ..Options::default() };
         let mut study =
             Study::new(std::slice::from_ref(&dataset), &[], &simulator, options, None, &|_, _| {}).expect("it is data");
         study.diagnose().expect("it can be diagnosed")
-    };
-    let off = |finding: &Finding, truth: f64| {
-        let parameter = finding.parameters[0];
-        (parameter.value - truth) / parameter.std_dev.expect("it was sought")
     };
     let free = diagnosed(true);
     let other = free.other_tyres.expect("these are no patches");
@@ -338,9 +336,7 @@ fn causes_that_work_together_are_found_as_large_as_they_are() {
     assert_eq!(found.findings.len(), 2, "{:#?}", found.ranking);
     for (id, value) in hidden {
         let finding = found.findings.iter().find(|finding| finding.effect == id).expect("it is found");
-        let parameter = finding.parameters[0];
-        let off = (parameter.value - value) / parameter.std_dev.expect("it was sought");
-        assert!(off.abs() < 4.0, "{id}: {parameter:?}, off by {off:.1} σ");
+        assert!(off(finding, value).abs() < 4.0, "{id}: {finding:?}, off by {:.1} σ", off(finding, value));
     }
 }
 
