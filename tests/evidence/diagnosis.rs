@@ -189,6 +189,8 @@ impl Moved {
         diameter_scale: 0.0,
         diameter_ratio: 0.0,
         effective_track: 0.01,
+        friction: 0.15,
+        stiffness: 0.3,
     };
 
     /// What the model finds if it is in such doubt.
