@@ -390,7 +390,7 @@ impl<'m> Study<'m> {
             .hypotheses
             .iter_mut()
             .enumerate()
-            .filter(|(rank, h)| h.set == nothing || (*rank < 20 && h.log_posterior > best - WITHIN))
+            .filter(|(rank, h)| h.set == nothing || (*rank < search::LEADING && h.log_posterior > best - WITHIN))
             .map(|(_, hypothesis)| hypothesis)
             .collect();
         leading.into_par_iter().for_each(|hypothesis| {

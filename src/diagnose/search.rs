@@ -60,8 +60,8 @@ const BEAM: usize = 4;
 const PROMISES: usize = 24;
 /// Linear looks from each: what is plausible is no normal law.
 const LOOKS: usize = 2;
-/// Answers of an earlier search that are looked at again.
-const LEADING: usize = 20;
+/// Answers of a search that are looked at again where more is known.
+pub(super) const LEADING: usize = 20;
 /// Spots on the floor that are looked at closely from each.
 const SPOTS: usize = 6;
 

@@ -142,8 +142,8 @@ fn sizes(diagnosis: &Diagnosis) -> Option<String> {
     }
     (!other.is_empty()).then(|| {
         format!(
-            "The extended model holds {}: so it predicts these runs best on the tyres that it has; the values above allow for \
-             other tyres.",
+            "The extended model holds {}: so it predicts these runs best as it is; the values above allow for what is in \
+             doubt of its tyres and responses.",
             joined(&other, "and")
         )
     })

@@ -87,7 +87,7 @@ pub struct Doubt {
 }
 
 impl Doubt {
-    /// What is usual of a tyre that nobody has measured.
+    /// What is usual of a tyre that nobody has measured: an assumption, and what worlds of `challenge --mismatch` are drawn with.
     const USUAL_FRICTION: f64 = 0.15;
     const USUAL_STIFFNESS: f64 = 0.3;
 

@@ -182,16 +182,9 @@ impl Moved {
     }
 
     /// How far it was moved, as it would say itself.
-    const IN_DOUBT: Doubt = Doubt {
-        motion: 0.0,
-        remainder: 0.0,
-        response: 0.2,
-        diameter_scale: 0.0,
-        diameter_ratio: 0.0,
-        effective_track: 0.01,
-        friction: 0.15,
-        stiffness: 0.3,
-    };
+    fn in_doubt() -> Doubt {
+        Doubt { response: 0.2, effective_track: 0.01, ..Doubt::default() }.of_usual_tyres()
+    }
 
     /// What the model finds if it is in such doubt.
     fn findings(&self, dataset: &Dataset, doubt: Doubt) -> Vec<Finding> {
@@ -212,7 +205,7 @@ fn a_model_that_was_moved_finds_causes_that_act_otherwise() {
     const LOAD: f64 = -0.015;
     let moved = Moved::new();
     let dataset = moved.drive(&[cause("load_offset_longitudinal", LOAD)]);
-    let in_doubt = moved.findings(&dataset, Moved::IN_DOUBT);
+    let in_doubt = moved.findings(&dataset, Moved::in_doubt());
     assert_eq!(in_doubt.len(), 1, "{in_doubt:#?}");
     assert_eq!(in_doubt[0].effect, "load_offset_longitudinal");
     assert!(off(&in_doubt[0], LOAD).abs() < 3.0, "{in_doubt:#?}");
@@ -232,11 +225,11 @@ fn a_model_that_was_moved_does_not_know_where_a_cause_moves_the_centre_of_rotati
     };
     let unequal = moved.drive(&[cause("wheel_diameter_mismatch", 0.006), centre(-0.008)]);
     let names = |findings: &[Finding]| findings.iter().map(|finding| finding.effect).collect::<Vec<_>>();
-    let in_doubt = moved.findings(&unequal, Moved::IN_DOUBT);
+    let in_doubt = moved.findings(&unequal, Moved::in_doubt());
     assert_eq!(names(&in_doubt), ["wheel_diameter_mismatch"], "{in_doubt:#?}");
     let sure = moved.findings(&unequal, Doubt::default());
     assert!(names(&sure).contains(&"survey_lever_arm"), "{sure:#?}");
-    let off = moved.findings(&moved.drive(&[centre(-0.04)]), Moved::IN_DOUBT);
+    let off = moved.findings(&moved.drive(&[centre(-0.04)]), Moved::in_doubt());
     assert_eq!(names(&off), ["survey_lever_arm"], "{off:#?}");
     assert!(off[0].confounded_with.is_empty(), "{off:#?}");
 }
