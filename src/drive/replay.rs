@@ -37,28 +37,31 @@ pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &Ato
     let wheels: Vec<Rotation> =
         scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, counted)).collect();
     let start = run.start.unwrap_or_default();
-    let began_moving = wheels.iter().any(|wheel| wheel.initial_speed() != 0.0);
+    let began_moving = wheels.iter().any(|wheel| wheel.initial_speed != 0.0);
     let run_up = if began_moving { RUN_UP[0] + RUN_UP[1] } else { 0.0 };
     let from = if began_moving { before(&scene.robot.odometry, &wheels, scene, start) } else { start };
 
     let mut world = World::new(scene, from, stream(0, &run.name, "scatter")).map_err(in_world)?;
-    let step_to = |world: &mut World, time: f64, angle: &dyn Fn(&Rotation, f64) -> f64| {
-        for (index, wheel) in wheels.iter().enumerate() {
-            world.follow(index, angle(wheel, time + scene.time_step) - wheel.run_up(-run_up));
+    let began_at: Vec<f64> = wheels.iter().map(|wheel| wheel.run_up(-run_up)).collect();
+    let step_to = |world: &mut World, angle: &dyn Fn(&Rotation) -> f64| {
+        for (index, (wheel, began_at)) in wheels.iter().zip(&began_at).enumerate() {
+            world.follow(index, angle(wheel) - began_at);
         }
         world.step().map_err(in_world)
     };
     for _ in 0..(SETTLE / scene.time_step).round() as u64 {
-        step_to(&mut world, 0.0, &|wheel, _| wheel.run_up(-run_up))?;
+        step_to(&mut world, &|wheel| wheel.run_up(-run_up))?;
     }
     for step in 0..(run_up / scene.time_step).round() as u64 {
-        step_to(&mut world, step as f64 * scene.time_step - run_up, &Rotation::run_up)?;
+        let time = step as f64 * scene.time_step - run_up + scene.time_step;
+        step_to(&mut world, &|wheel| wheel.run_up(time))?;
     }
     let (first, last) = (log.time[0], log.time[log.len() - 1]);
     let steps = ((last - first) / scene.time_step).ceil() as u64;
     let keep_every = (1.0 / (TRACE_RATE * scene.time_step)).round().max(1.0) as u64;
     let rows = (steps / keep_every + 2) as usize;
     let mut trace = Trace { time: Vec::with_capacity(rows), poses: Vec::with_capacity(rows) };
+    let mut place = Place::default();
     for step in 0..=steps {
         let time = first + step as f64 * scene.time_step;
         if step.is_multiple_of(keep_every) || step == steps {
@@ -69,16 +72,37 @@ pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &Ato
             }
         }
         if step < steps {
-            step_to(&mut world, time, &Rotation::at)?;
+            place = place.on_to(&log.time, time + scene.time_step);
+            step_to(&mut world, &|wheel| wheel.at(place))?;
         }
     }
     Ok(trace)
 }
 
+/// A time in a log: so much of the way from the row before it to the row after it.
+#[derive(Clone, Copy, Default)]
+struct Place {
+    after: usize,
+    part: f64,
+}
+
+impl Place {
+    /// At `time`, which is no earlier than this place.
+    fn on_to(self, rows: &[f64], time: f64) -> Place {
+        let later = rows[self.after..].iter().take_while(|&&row| row <= time).count();
+        let after = (self.after + later).clamp(1, rows.len() - 1);
+        let (t0, t1) = (rows[after - 1], rows[after]);
+        let part = if t1 > t0 { ((time - t0) / (t1 - t0)).clamp(0.0, 1.0) } else { 1.0 };
+        Place { after, part }
+    }
+}
+
 /// Rotation of one wheel over time, as the log has it and the scene's encoder explains it; 0 at its start.
 struct Rotation {
-    time: Vec<f64>,
+    /// At each row of the log \[rad\].
     angle: Vec<f64>,
+    /// Speed where the log begins \[rad/s\]; 0 where it begins at rest.
+    initial_speed: f64,
 }
 
 impl Rotation {
@@ -108,36 +132,39 @@ impl Rotation {
                 *angle += coasting.direction * overrun * coasting.part(time);
             }
         }
-        Rotation { time: log.time.clone(), angle }
+        let initial_speed = initial_speed(&log.time, &angle);
+        Rotation { angle, initial_speed }
     }
 
     /// \[rad\]
-    fn at(&self, time: f64) -> f64 {
-        let after = self.time.partition_point(|&t| t <= time).clamp(1, self.time.len() - 1);
-        let (t0, t1) = (self.time[after - 1], self.time[after]);
-        let part = if t1 > t0 { ((time - t0) / (t1 - t0)).clamp(0.0, 1.0) } else { 1.0 };
-        self.angle[after - 1] + part * (self.angle[after] - self.angle[after - 1])
-    }
-
-    /// Speed where the log begins \[rad/s\]; 0 where it begins at rest. Two tenths of a second tell one from a wheel that is
-    /// only just setting off: their mean speeds on a line, back to the beginning.
-    fn initial_speed(&self) -> f64 {
-        let began = self.time[0];
-        let first = (self.at(began + 0.1) - self.angle[0]) / 0.1;
-        let second = (self.at(began + 0.2) - self.at(began + 0.1)) / 0.1;
-        let speed = 1.5 * first - 0.5 * second;
-        if speed.abs() < 0.05 + 0.3 * second.abs() { 0.0 } else { speed }
+    fn at(&self, place: Place) -> f64 {
+        between(&self.angle, place)
     }
 
     /// Rotation at `time` < 0 before the log \[rad\]: up to the initial speed, then at it.
     fn run_up(&self, time: f64) -> f64 {
         let [ramp, hold] = RUN_UP;
-        let speed = self.initial_speed();
+        let speed = self.initial_speed;
         let since = (time + ramp + hold).max(0.0);
         let whole = speed * (0.5 * ramp + hold);
         let way = if since < ramp { 0.5 * speed / ramp * since * since } else { speed * (since - 0.5 * ramp) };
         way - whole
     }
+}
+
+/// \[rad\]
+fn between(angle: &[f64], Place { after, part }: Place) -> f64 {
+    angle[after - 1] + part * (angle[after] - angle[after - 1])
+}
+
+/// Speed where a log begins \[rad/s\]; 0 where it begins at rest. Two tenths of a second tell one from a wheel that is only
+/// just setting off: their mean speeds on a line, back to the beginning.
+fn initial_speed(time: &[f64], angle: &[f64]) -> f64 {
+    let at = |since: f64| between(angle, Place::default().on_to(time, time[0] + since));
+    let first = (at(0.1) - angle[0]) / 0.1;
+    let second = (at(0.2) - at(0.1)) / 0.1;
+    let speed = 1.5 * first - 0.5 * second;
+    if speed.abs() < 0.05 + 0.3 * second.abs() { 0.0 } else { speed }
 }
 
 /// A stop in a log, in which the wheel went on while nobody counted.
