@@ -538,11 +538,8 @@ impl Surrogate {
             let at = pair.map(|variant| causes[&variant].iter().map(|(_, value)| *value).collect());
             Ok((cluster, pair, Interplay { at, change: self.beyond_each(bench, cluster, &both)? }))
         };
-        let simulated: Vec<_> = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
-        for (cluster, pair, interplay) in simulated {
-            self.responses[cluster].of_pair.insert(pair, interplay);
-        }
-        Ok(!wanted.is_empty())
+        let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
+        Ok(self.keep_together(simulated))
     }
 
     /// Simulates what causes of an answer do where tyres are 1 σ off in what is in doubt of them, where that is not known
@@ -584,11 +581,17 @@ impl Surrogate {
             let at = [there.iter().map(|(_, value)| *value).collect(), vec![value]];
             Ok((cluster, [cause, tyres.variant], Interplay { at, change }))
         };
-        let simulated: Vec<_> = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
+        let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
+        Ok(self.keep_together(simulated))
+    }
+
+    /// Keeps what pairs do together in clusters; whether there is any.
+    fn keep_together(&mut self, simulated: Vec<(usize, [usize; 2], Interplay)>) -> bool {
+        let any = !simulated.is_empty();
         for (cluster, pair, interplay) in simulated {
             self.responses[cluster].of_pair.insert(pair, interplay);
         }
-        Ok(!wanted.is_empty())
+        any
     }
 
     /// What the simulator says that a hypothesis changes in a cluster beyond what is known of each of its axes.

@@ -12,6 +12,7 @@ pub use catalogue::{EFFECTS, NO_CAUSE};
 pub use error::EffectError;
 pub use model::{ExtendedModel, load_scene};
 
+use crate::geometry::wrap_angle;
 use crate::scene::{Contact, Scene};
 
 /// A physical or measurement cause that a model may leave out.
@@ -102,6 +103,13 @@ pub struct Parameter {
     pub bounds: [f64; 2],
     /// What is plausible before any data.
     pub prior: Prior,
+}
+
+impl Parameter {
+    /// `one` less `other`; of directions the short way round.
+    pub fn difference(&self, one: f64, other: f64) -> f64 {
+        if matches!(self.prior, Prior::AnyHeading) { wrap_angle(one - other) } else { one - other }
+    }
 }
 
 /// What is plausible of a parameter before any data.

@@ -426,13 +426,10 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
     for cause in &draw.causes {
         let finding = diagnosis.findings.iter().find(|f| f.effect == cause.effect.id && f.choice == cause.choice);
         let Some(finding) = finding.filter(|finding| finding.confounded_with.is_empty()) else { continue };
-        for (found, &value) in finding.parameters.iter().zip(&cause.values) {
+        for ((found, &value), parameter) in finding.parameters.iter().zip(&cause.values).zip(cause.effect.parameters) {
             if let Some(std_dev) = found.std_dev {
-                let mut off = found.value - value;
-                if found.name.contains("heading") {
-                    off = crate::geometry::wrap_angle(off);
-                }
-                intervals.push(Interval { effect: finding.effect, parameter: found.name, off: off / std_dev });
+                let off = parameter.difference(found.value, value) / std_dev;
+                intervals.push(Interval { effect: finding.effect, parameter: found.name, off });
             }
         }
     }

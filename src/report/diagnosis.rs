@@ -134,7 +134,7 @@ fn sizes(diagnosis: &Diagnosis) -> Option<String> {
         for (parameter, value) in cause.effect.parameters.iter().zip(&cause.values) {
             let found = finding.parameters.iter().find(|found| found.name == parameter.name);
             let Some((found, std_dev)) = found.and_then(|found| Some((found.value, found.std_dev?))) else { continue };
-            if (value - found).abs() > std_dev {
+            if parameter.difference(*value, found).abs() > std_dev {
                 let decimals = decimals(std_dev);
                 other.push(format!("{}.{} = {value:.decimals$}", named(finding), parameter.name));
             }
