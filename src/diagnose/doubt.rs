@@ -8,7 +8,8 @@
 use super::case::Case;
 use super::linear::{PARTS, flatten};
 use super::residue::Memory;
-use super::surrogate::{ARM, Surrogate, Way, compose};
+use super::surrogate::Surrogate;
+use super::way::{ARM, Step, Way, compose};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Shares that are tried \[–\].
@@ -40,9 +41,8 @@ impl MotionError {
 pub(super) fn columns(surrogate: &Surrogate, case: &Case, way: &Way) -> DMatrix<f64> {
     // Small against everything that bends the way.
     const SMALL: f64 = 1e-4;
-    let read = |steps: &[super::surrogate::Step]| {
-        flatten(case, &surrogate.readings(case, way, &compose(way.start, steps), &surrogate.survey))
-    };
+    let read =
+        |steps: &[Step]| flatten(case, &surrogate.readings(case, way, &compose(way.start, steps), &surrogate.survey));
     let here = read(&way.steps);
     let count = way.steps.len();
     let mut columns = Vec::new();

@@ -9,8 +9,9 @@ use super::case::{Case, Cluster};
 use super::doubt::{self, MotionError};
 use super::noise::Shapes;
 use super::plausible::Plausible;
-use super::surrogate::{Coordinates, Step, Surrogate, Way, compose};
-use super::variant::{Axis, Variant};
+use super::surrogate::Surrogate;
+use super::variant::{Axis, Coordinates, Variant};
+use super::way::{Step, Way, compose};
 use crate::geometry::Pose2;
 use crate::scene::{Scene, Survey};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -219,12 +220,10 @@ impl Problem<'_> {
         let case = &self.cases[run];
         let mut way = self.surrogate.ways[run].clone();
         way.hours = 1.0;
-        let path = |at: &Coordinates| {
-            let mut steps = way.steps.clone();
-            self.surrogate.responses[cluster].add(at, &way, self.variants, &mut steps);
-            compose(way.start, &steps)
+        let read = |at: &Coordinates| {
+            let path = compose(way.start, &self.surrogate.steps_along(cluster, &way, at, self.variants));
+            flatten(case, &self.surrogate.readings(case, &way, &path, survey))
         };
-        let read = |at| flatten(case, &self.surrogate.readings(case, &way, &path(at), survey));
         read(moved) - read(at)
     }
 

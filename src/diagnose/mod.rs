@@ -6,16 +6,21 @@
 //! 2. What runs of one kind differ by is noise; its sizes are learnt from them (`noise`).
 //! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`, `spots`).
 //! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`, `plausible`).
-//! 5. The best is simulated again where it is best, and what stands is named, with what cannot be told from it.
+//! 5. The leading ones are simulated again where they are best, until that changes nothing (`refine`).
+//! 6. Where much is left, a formula may take it away (`formula`), or the robot is on other tyres (`tyres`).
+//! 7. What stands is named, with what cannot be told from it (`verdict`), and what it is worth is measured on runs that it did
+//!    not see (`gain`).
 
 mod case;
 mod doubt;
+mod formula;
 mod forward;
 mod gain;
 mod linear;
 mod next;
 mod noise;
 mod plausible;
+mod refine;
 mod residue;
 mod search;
 mod spots;
@@ -23,6 +28,7 @@ mod surrogate;
 mod tyres;
 mod variant;
 mod verdict;
+mod way;
 
 pub use crate::scene::NoiseModel;
 pub use case::Condition;
@@ -45,17 +51,12 @@ use noise::Shapes;
 use rayon::prelude::*;
 use residue::Memory;
 use std::sync::OnceLock;
-use surrogate::{Bench, Candidates, Surrogate};
+use surrogate::{Candidates, Surrogate};
 use tyres::OtherLaw;
 use variant::{TyrePart, Variant};
 
-/// Terms of a formula.
-const MOST_TERMS: usize = 4;
 /// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
 const PLAUSIBLE_TERM: f64 = 0.01;
-/// Size that no empirical term may have, in units of what is plausible: a tenth of the speed is no misfit but another robot.
-const LARGEST_TERM: f64 = 10.0;
-
 /// What a calibration finds.
 const CALIBRATED: [&str; 3] = ["wheel_diameter_scale", "wheel_diameter_mismatch", "effective_track"];
 
@@ -72,20 +73,6 @@ const STRANGE: f64 = 2.0;
 /// Strength of a misfit \[σ\] up to which responses that were simulated on other runs of the kind are exact enough: they are
 /// good to half a per cent.
 const CARRIED: f64 = 200.0;
-
-/// Answers that are simulated where they are best.
-const LEADING: usize = 4;
-/// Times that they are, where a round moves them.
-const REFINED: usize = 4;
-/// Distance from what was simulated beyond which an answer is simulated where it is \[σ\].
-const NEAR: f64 = 0.15;
-const NEAR_FOR_SPOTS: f64 = 0.1;
-/// Spots on the floor that are looked into at first.
-const LEADING_SPOTS: usize = 3;
-/// Causes from which on an answer is looked at askance: a spot may do in one what many do together.
-const LONG_LIST: usize = 3;
-/// ln of the evidence that a round of closing in on a spot has to bring for the next.
-const WORTH_A_ROUND: f64 = 1.0;
 
 /// What to look for, and how hard.
 #[derive(Debug, Clone, PartialEq)]
@@ -481,33 +468,6 @@ impl<'m> Study<'m> {
         if self.reshape(&ranking) { self.search(allowed, None) } else { ranking }
     }
 
-    /// Causes by evidence, the leading ones simulated where they are best.
-    fn refined(&mut self, first: search::Ranking) -> Result<search::Ranking, DiagnoseError> {
-        let mut ranking = first;
-        // The stand-in is made exact where the leading answers are, and asked again.
-        for (round, distances) in spots::ROUNDS.into_iter().enumerate() {
-            let before = ranking.best().log_posterior;
-            let closer = self.close_in(&ranking, distances)?;
-            let refined = (closer || round < REFINED) && self.refine(&ranking)?;
-            if !closer && !refined {
-                break;
-            }
-            ranking = self.search(&self.known_variants(), self.was_moved().then_some(&ranking));
-            if round > 1 && ranking.best().log_posterior < before + WORTH_A_ROUND {
-                break;
-            }
-        }
-        // What is in doubt of the tyres comes in once the causes have settled: while they are looked for it would serve those that
-        // were simulated with it against all others.
-        if self.refine_on_tyres(&ranking)? {
-            ranking.look_anew(&self.problem(self.counts.clone()));
-            if self.options.noise.is_none() {
-                self.weigh_noise(&mut ranking);
-            }
-        }
-        Ok(self.explained(ranking))
-    }
-
     /// What is said of a ranking, and of the model as `given`.
     fn judge(&self, given: &Study<'_>, ranking: &search::Ranking) -> Result<Diagnosis, DiagnoseError> {
         let mut diagnosis = verdict::judge(self, given, ranking)?;
@@ -531,88 +491,6 @@ impl<'m> Study<'m> {
     /// Those that do not depend on what was measured.
     fn first_variants(&self) -> Vec<usize> {
         (0..self.first_variants).filter(|&index| self.variants[index].is_cause()).collect()
-    }
-
-    /// Simulates spots about the leading one, at these distances; whether there was one. At first, several that lead are
-    /// looked into, also where the best answer is none of them and yet leaves much or is a long list.
-    fn close_in(&mut self, ranking: &search::Ranking, distances: &[f64]) -> Result<bool, DiagnoseError> {
-        let best = ranking.best();
-        let in_doubt = distances.len() > 1 && (best.set.len() >= LONG_LIST || verdict::leaves_much(self, best));
-        let (most, window, spots) =
-            if in_doubt { (usize::MAX, f64::INFINITY, LEADING_SPOTS) } else { (LEADING, 12.0, 1) };
-        let leading = ranking.hypotheses.iter().take(most).filter(|h| h.log_posterior > best.log_posterior - window);
-        let mut places: Vec<([f64; 2], f64)> = Vec::new();
-        for h in leading {
-            let of = h.fit.at.iter().filter_map(|&(axis, value)| Some((self.variants[axis.variant].place()?, value)));
-            for (place, value) in of {
-                if places.iter().all(|(known, _)| *known != place) {
-                    places.push((place, value));
-                }
-            }
-        }
-        places.truncate(spots);
-        let looked_into = !places.is_empty();
-        for (place, value) in places {
-            for &distance in distances {
-                let campaign = &self.clusters[..self.campaign];
-                for place in spots::near(place, distance, &self.cases, campaign, &self.surrogate.ways) {
-                    if self.variants.iter().any(|variant| variant.place() == Some(place)) {
-                        continue;
-                    }
-                    let axis = variant::Axis { variant: self.variants.len(), coordinate: 0 };
-                    self.variants.push(Variant::spot(place));
-                    let (surrogate, bench) = self.bench();
-                    surrogate.add_spot(bench, axis, value)?;
-                }
-            }
-        }
-        Ok(looked_into)
-    }
-
-    /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
-    /// the terms of that formula.
-    fn explained(&mut self, known: search::Ranking) -> search::Ranking {
-        let left = known.best().fit.chi2;
-        let readings: f64 =
-            self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
-        // A misfit below what noise alone makes has no room for a formula.
-        if left < readings {
-            return known;
-        }
-        let Some(mut formula) = self.formula(&known) else { return known };
-        // Terms are simulated as they are found; one under which the robot cannot be driven is none.
-        match self.refine_at(&formula) {
-            Ok(true) => match self.formula(&known) {
-                Some(again) => formula = again,
-                None => return known,
-            },
-            Ok(false) => {}
-            Err(_) => return known,
-        }
-        let problem = self.problem(self.counts.clone());
-        formula.extend(search::doubted(&self.variants));
-        search::Ranking::search_on(&problem, &formula, &self.known_variants(), self.options.most_causes)
-    }
-
-    /// The terms of the formula that serves best, alone or beside the best known causes, where it is clearly better than they.
-    fn formula(&self, known: &search::Ranking) -> Option<Vec<(variant::Axis, f64)>> {
-        let is_term = |axis: variant::Axis| self.variants[axis.variant].is_term();
-        let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].is_term()).collect();
-        let problem = self.problem(self.counts.clone());
-        let best = known.best();
-        let mut formulas = search::Ranking::search(&problem, &terms, MOST_TERMS);
-        if !best.set.is_empty() {
-            let beside = search::Ranking::search_on(&problem, &best.fit.at, &terms, MOST_TERMS);
-            formulas.hypotheses.extend(beside.hypotheses);
-        }
-        let large = |&(axis, value): &(variant::Axis, f64)| {
-            is_term(axis) && value.abs() > LARGEST_TERM * self.variants[axis.variant].coordinates[0].std_dev
-        };
-        formulas.hypotheses.retain(|h| !h.fit.at.iter().any(large));
-        formulas.sort();
-        let formula = formulas.hypotheses.first()?;
-        let terms: Vec<_> = formula.fit.at.iter().filter(|(axis, _)| is_term(*axis)).copied().collect();
-        (!terms.is_empty() && formula.log_posterior > best.log_posterior + verdict::REAL).then_some(terms)
     }
 
     /// The protocol that separates the best answer from the next best, where both stand.
@@ -639,64 +517,6 @@ impl<'m> Study<'m> {
         };
         let causes = |h: &search::Hypothesis| causes_of(&self.variants, &h.fit.at);
         next::next(self, (&name(best), &causes(best)), (&name(rival), &causes(rival)))
-    }
-
-    /// Whether the model had to be moved so far that causes may act otherwise than it has them.
-    fn was_moved(&self) -> bool {
-        self.variants.iter().any(Variant::is_response_error)
-    }
-
-    /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
-    fn refine(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
-        // What a model that was moved far lets a cause do is seen where the cause is, not where it was simulated at first.
-        let alone = ranking.nothing().set.len() + 1;
-        let singles = ranking.hypotheses.iter().filter(|h| self.was_moved() && h.set.len() == alone);
-        let at: Vec<_> =
-            leading(ranking).chain(singles).flat_map(|h| h.fit.at.iter().chain(&h.opposite).copied()).collect();
-        let refined = self.refine_at(&at)?;
-        let (surrogate, bench) = self.bench();
-        Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
-    }
-
-    /// Simulates the leading answers on tyres that are other than the model's in what is in doubt of them; whether any was.
-    fn refine_on_tyres(&mut self, ranking: &search::Ranking) -> Result<bool, DiagnoseError> {
-        let (surrogate, bench) = self.bench();
-        let mut refined = false;
-        for answer in leading(ranking) {
-            refined |= surrogate.couple_with_tyres(bench, &answer.fit.at)?;
-        }
-        Ok(refined)
-    }
-
-    /// Simulates axes where they are, each once; whether any was far from what is known.
-    fn refine_at(&mut self, at: &[(variant::Axis, f64)]) -> Result<bool, DiagnoseError> {
-        let mut wanted: Vec<(variant::Axis, f64)> = Vec::new();
-        // What does much the same on both sides of 0 is told apart only where both are exact.
-        let is_even = |axis| self.surrogate.is_even(axis);
-        for &(axis, value) in at {
-            let variant = &self.variants[axis.variant];
-            let share = if variant.place().is_some() { NEAR_FOR_SPOTS } else { NEAR };
-            let near = share * variant.coordinates[axis.coordinate].std_dev;
-            // What is in doubt moves little against what its effect was simulated at.
-            let known = variant.effect.is_survey()
-                || variant.is_doubted()
-                || self.surrogate.nearest_node(axis, value, &self.variants) <= near;
-            let is_there = |&(other, at): &(variant::Axis, f64)| other == axis && (!is_even(axis) || at * value > 0.0);
-            if !known && !wanted.iter().any(is_there) {
-                wanted.push((axis, value));
-            }
-        }
-        let (surrogate, bench) = self.bench();
-        for &(axis, value) in &wanted {
-            surrogate.refine(bench, axis, value)?;
-        }
-        Ok(!wanted.is_empty())
-    }
-
-    /// The stand-in, and all that it simulates.
-    fn bench(&mut self) -> (&mut Surrogate, Bench<'_>) {
-        let Study { model, cases, clusters, variants, surrogate, .. } = self;
-        (surrogate, Bench { model, cases, clusters, variants })
     }
 
     /// Where an answer is, without what is in doubt of the model anyway. Where causes may act otherwise than the model has
@@ -784,13 +604,7 @@ pub struct PairEvidence {
     pub other: f64,
 }
 
-/// Answers that are worth simulating where they are best.
-fn leading(ranking: &search::Ranking) -> impl Iterator<Item = &search::Hypothesis> {
-    let best = ranking.best().log_posterior;
-    ranking.hypotheses.iter().take(LEADING).filter(move |h| h.log_posterior > best - 12.0)
-}
-
 /// The causes of a hypothesis.
 fn causes_of(variants: &[Variant], at: &[(variant::Axis, f64)]) -> Vec<Cause> {
-    surrogate::causes(variants, at)
+    variant::causes(variants, at)
 }

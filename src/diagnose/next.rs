@@ -1,7 +1,7 @@
 //! The next experiment: which protocol would separate two answers best.
 
 use super::noise::Shapes;
-use super::surrogate::Way;
+use super::way::{Way, compose, steps_of};
 use super::{DiagnoseError, ForwardModel, Study};
 use crate::dataset::{Protocol, Rotation, Run, Travel};
 use crate::effect::Cause;
@@ -83,8 +83,8 @@ pub(super) fn next(
             let end = |causes: &[Cause]| {
                 let edited = Cause::edit_all(causes, scene);
                 let trace = study.model.trace(&edited, &run, &case.counted)?;
-                let way = Way::of(&trace, super::surrogate::steps_of(&trace), false, case.hours);
-                let path = super::surrogate::compose(way.start, &way.steps);
+                let way = Way::of(&trace, steps_of(&trace), false, case.hours);
+                let path = compose(way.start, &way.steps);
                 let readings = study.surrogate.readings(case, &way, &path, &edited.survey);
                 Ok::<_, super::ForwardError>((super::linear::flatten(case, &readings), way, path, readings))
             };

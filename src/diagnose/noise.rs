@@ -5,7 +5,7 @@
 
 use super::case::{Case, Cluster};
 use super::doubt;
-use super::surrogate::Way;
+use super::way::Way;
 use crate::geometry::Pose2;
 use crate::scene::{NoiseModel, Scatter, Survey};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};

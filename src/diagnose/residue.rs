@@ -9,8 +9,8 @@ use super::case::{Case, Cluster, Reading, near};
 use super::doubt;
 use super::forward::{ForwardError, ForwardModel};
 use super::linear::{self, flatten};
-use super::surrogate::{self, Way, compose};
-use super::variant::Axis;
+use super::variant::{Axis, edited};
+use super::way::{Way, compose};
 use crate::dataset::Protocol;
 use crate::geometry::Pose2;
 use crate::scene::{Residue, Scene};
@@ -111,7 +111,7 @@ impl Memory {
 /// once, where the stand-in adds up what each does alone.
 pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Residue>, ForwardError> {
     let problem = study.problem(study.counts.clone());
-    let extended = surrogate::edited(study.model.scene(), &study.variants, at);
+    let extended = edited(study.model.scene(), &study.variants, at);
     let of = |(index, cluster): (usize, &Cluster)| {
         let case = &study.cases[cluster.reference];
         let runs = cluster.count(&study.counts);

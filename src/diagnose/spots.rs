@@ -4,7 +4,7 @@
 //! at places along the nominal path, each of which is a candidate; about the best of them the search goes on more finely.
 
 use super::case::{Case, Cluster};
-use super::surrogate::{Way, compose};
+use super::way::{Way, compose};
 use crate::dataset::Protocol;
 use crate::effect::{Effect, Prior};
 use crate::geometry::Pose2;

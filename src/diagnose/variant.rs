@@ -2,6 +2,7 @@
 
 use crate::effect::{Cause, EFFECTS, Effect, NO_CAUSE, Prior};
 use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, TwistPart};
+use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The effect that needs a place.
@@ -327,4 +328,39 @@ impl Variant {
         }
         if self.choice.is_empty() { self.effect.id.to_owned() } else { format!("{} ({})", self.effect.id, self.choice) }
     }
+}
+
+/// Coordinates of a hypothesis: a value for each axis that it moves along.
+pub(super) type Coordinates = [(Axis, f64)];
+
+/// The causes at a hypothesis' coordinates, in the order of their variants.
+pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<Cause> {
+    let mut of_variant: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
+    for (axis, value) in at {
+        let values =
+            of_variant.entry(axis.variant).or_insert_with(|| vec![0.0; variants[axis.variant].coordinates.len()]);
+        values[axis.coordinate] = *value;
+    }
+    of_variant.retain(|variant, _| variants[*variant].is_cause());
+    of_variant.into_iter().map(|(variant, values)| variants[variant].cause(&values)).collect()
+}
+
+/// The terms of a formula at a hypothesis' coordinates.
+pub(super) fn terms(variants: &[Variant], at: &Coordinates) -> Vec<EmpiricalTerm> {
+    let term = |(axis, value): &(Axis, f64)| {
+        variants[axis.variant].term().map(|term| EmpiricalTerm { coefficient: *value, ..term })
+    };
+    at.iter().filter_map(term).collect()
+}
+
+/// A scene with a hypothesis' causes and terms in it.
+pub(super) fn edited(scene: &Scene, variants: &[Variant], at: &Coordinates) -> Scene {
+    let mut edited = Cause::edit_all(&causes(variants, at), scene);
+    edited.empirical.extend(terms(variants, at));
+    for (axis, value) in at {
+        if let Some(part) = variants[axis.variant].tyre_part() {
+            part.edit(&mut edited, *value);
+        }
+    }
+    edited
 }

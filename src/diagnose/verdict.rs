@@ -3,7 +3,7 @@
 use super::Study;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::tyres::OtherTyres;
-use super::variant::Variant;
+use super::variant::{Variant, terms};
 use super::{ForwardError, ForwardModel, NextExperiment, residue};
 use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
@@ -256,7 +256,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         blind_to: blind(study),
         noise: study.noise,
         causes: super::causes_of(variants, &answered),
-        empirical: super::surrogate::terms(variants, &answered),
+        empirical: terms(variants, &answered),
         other_tyres: None,
         doubt: doubt(study, best),
         residues: residue::residues(study, &answered)?,

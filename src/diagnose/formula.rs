@@ -1,0 +1,58 @@
+//! Where no known cause takes a misfit away: a formula of the body's twist, beside known causes or alone.
+
+use super::search::{self, Ranking};
+use super::variant::Axis;
+use super::{Study, verdict};
+
+/// Terms of a formula.
+const MOST_TERMS: usize = 4;
+/// Size that no empirical term may have, in units of what is plausible: a tenth of the speed is no misfit but another robot.
+const LARGEST_TERM: f64 = 10.0;
+
+impl Study<'_> {
+    /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
+    /// the terms of that formula.
+    pub(super) fn explained(&mut self, known: Ranking) -> Ranking {
+        let left = known.best().fit.chi2;
+        let readings: f64 =
+            self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
+        // A misfit below what noise alone makes has no room for a formula.
+        if left < readings {
+            return known;
+        }
+        let Some(mut formula) = self.formula(&known) else { return known };
+        // Terms are simulated as they are found; one under which the robot cannot be driven is none.
+        match self.refine_at(&formula) {
+            Ok(true) => match self.formula(&known) {
+                Some(again) => formula = again,
+                None => return known,
+            },
+            Ok(false) => {}
+            Err(_) => return known,
+        }
+        let problem = self.problem(self.counts.clone());
+        formula.extend(search::doubted(&self.variants));
+        Ranking::search_on(&problem, &formula, &self.known_variants(), self.options.most_causes)
+    }
+
+    /// The terms of the formula that serves best, alone or beside the best known causes, where it is clearly better than they.
+    fn formula(&self, known: &Ranking) -> Option<Vec<(Axis, f64)>> {
+        let is_term = |axis: Axis| self.variants[axis.variant].is_term();
+        let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].is_term()).collect();
+        let problem = self.problem(self.counts.clone());
+        let best = known.best();
+        let mut formulas = Ranking::search(&problem, &terms, MOST_TERMS);
+        if !best.set.is_empty() {
+            let beside = Ranking::search_on(&problem, &best.fit.at, &terms, MOST_TERMS);
+            formulas.hypotheses.extend(beside.hypotheses);
+        }
+        let large = |&(axis, value): &(Axis, f64)| {
+            is_term(axis) && value.abs() > LARGEST_TERM * self.variants[axis.variant].coordinates[0].std_dev
+        };
+        formulas.hypotheses.retain(|h| !h.fit.at.iter().any(large));
+        formulas.sort();
+        let formula = formulas.hypotheses.first()?;
+        let terms: Vec<_> = formula.fit.at.iter().filter(|(axis, _)| is_term(*axis)).copied().collect();
+        (!terms.is_empty() && formula.log_posterior > best.log_posterior + verdict::REAL).then_some(terms)
+    }
+}

@@ -1,0 +1,253 @@
+//! What of the stand-in is simulated: responses where an answer is, and what causes do together.
+
+use super::response::{Interplay, Node, Response, share_of};
+use super::{Bench, Surrogate};
+use crate::diagnose::case::{Case, Cluster};
+use crate::diagnose::forward::ForwardError;
+use crate::diagnose::variant::{Axis, Coordinate, Coordinates, Variant, edited};
+use crate::diagnose::way::{Step, Way, each, subtract};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Values of a coordinate that are simulated first. Of spots on the floor there are many: what is plausible, and one below
+/// the grip at which a robot no longer turns as it is told, have to do until a spot is a leading answer.
+pub(super) fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
+    if variant.place().is_some() {
+        [0.0, -1.0].map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)).to_vec()
+    } else if coordinate.one_sided {
+        vec![coordinate.std_dev, 2.0 * coordinate.std_dev]
+    } else {
+        vec![-coordinate.std_dev, coordinate.std_dev]
+    }
+}
+
+/// Products of two causes' sizes that are nearer than this to what was simulated need no other, relative.
+const NEAR_BY: f64 = 0.15;
+/// The same of a cause on tyres that are in doubt: how much of it hangs on them changes little with its size.
+const NEAR_BY_ON_TYRES: f64 = 0.5;
+/// Nodes of a polynomial that are nearer than this to a new one make room for it \[σ\].
+const CLOSE: f64 = 0.5;
+/// Values nearer than this to one another need not both be simulated \[σ\].
+const SAME: f64 = 0.1;
+/// Values at which a leading spot is simulated besides, in σ about its mean.
+const SPOT_GRID: [f64; 8] = [1.0, 0.5, -0.25, -0.5, -0.75, -1.5, -2.0, -2.5];
+
+/// Simulations of a cluster that a coordinate takes at first.
+pub(super) fn simulations(variants: &[Variant], axis: Axis) -> usize {
+    let variant = &variants[axis.variant];
+    nodes(variant, variant.coordinates[axis.coordinate]).len()
+}
+
+/// The coordinates that have to be simulated: not those of the survey, and not what a replay cannot show.
+pub(super) fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
+    let all_replayed = cases.iter().all(|case| case.replayed);
+    variants
+        .iter()
+        .enumerate()
+        .filter(|(_, variant)| !variant.effect.is_survey() && !variant.is_term())
+        // Logged stamps are not late: a replay does not depend on when the controller got its counts.
+        .filter(|(_, variant)| !(all_replayed && variant.effect.id == "encoder_latency"))
+        .flat_map(|(index, variant)| {
+            (0..variant.coordinates.len()).map(move |coordinate| Axis { variant: index, coordinate })
+        })
+        .collect()
+}
+
+/// Coordinates of the physical causes of a hypothesis that do something, by variant.
+fn at_work(variants: &[Variant], at: &Coordinates) -> BTreeMap<usize, Vec<(Axis, f64)>> {
+    let mut causes: BTreeMap<usize, Vec<(Axis, f64)>> = BTreeMap::new();
+    for &(axis, value) in at {
+        let variant = &variants[axis.variant];
+        if variant.is_physical() && !variant.coordinates[axis.coordinate].hourly {
+            causes.entry(axis.variant).or_default().push((axis, value));
+        }
+    }
+    let is_something =
+        |(axis, value): &(Axis, f64)| value.abs() > SAME * variants[axis.variant].coordinates[axis.coordinate].std_dev;
+    causes.retain(|_, at| at.iter().any(is_something));
+    causes
+}
+
+impl Surrogate {
+    /// Simulates one more spot, at its prior's mean and at what it, or a spot beside it, is best at.
+    pub fn add_spot(&mut self, bench: Bench<'_>, axis: Axis, at: f64) -> Result<(), ForwardError> {
+        let variant = &bench.variants[axis.variant];
+        let coordinate = variant.coordinates[axis.coordinate];
+        let mut values = nodes(variant, coordinate);
+        if values.iter().chain([&0.0]).all(|node| (node - at).abs() > SAME * coordinate.std_dev) {
+            values.push(at);
+        }
+        let concerned: Vec<usize> = (0..bench.clusters.len())
+            .filter(|&cluster| self.concerns(bench.model.scene(), &bench.clusters[cluster], variant))
+            .collect();
+        let simulated = self.simulate(bench, &concerned, axis, &values)?;
+        // What was carried over goes, also where the spot is not come upon.
+        self.responses.iter_mut().for_each(|responses| drop(responses.of_axis.remove(&axis)));
+        for (cluster, simulated) in simulated {
+            self.responses[cluster].of_axis.insert(axis, Response::of(variant, simulated));
+        }
+        Ok(())
+    }
+
+    /// Makes the stand-in exact at one value of one axis, in every cluster; a spot, at all that it may be.
+    pub fn refine(&mut self, bench: Bench<'_>, axis: Axis, at: f64) -> Result<(), ForwardError> {
+        let variant = &bench.variants[axis.variant];
+        let is_spot = variant.place().is_some();
+        if is_spot && self.is_carried(axis) {
+            self.add_spot(bench, axis, at)?;
+        }
+        let concerned: Vec<usize> =
+            (0..bench.clusters.len()).filter(|&cluster| self.responses[cluster].of_axis.contains_key(&axis)).collect();
+        let mut values = vec![at];
+        if is_spot {
+            let coordinate = variant.coordinates[axis.coordinate];
+            values.extend(SPOT_GRID.map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)));
+            values.retain(|&value| self.nearest_node(axis, value, bench.variants) > SAME * coordinate.std_dev);
+        }
+        for (cluster, added) in self.simulate(bench, &concerned, axis, &values)? {
+            let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
+            // What a term was taken to do before it was simulated is no simulation.
+            let mut simulated = if variant.is_term() { Vec::new() } else { response.simulated.clone() };
+            if !is_spot {
+                // A polynomial through neighbours that were simulated on other ways would swing between them.
+                let apart = CLOSE * variant.coordinates[axis.coordinate].std_dev;
+                simulated.retain(|(node, _)| (node - at).abs() > apart);
+            }
+            simulated.extend(added);
+            *response = Response { carried: response.carried, ..Response::of(variant, simulated) };
+        }
+        Ok(())
+    }
+
+    /// What `values` of one axis change in some clusters.
+    fn simulate(
+        &self,
+        bench: Bench<'_>,
+        clusters: &[usize],
+        axis: Axis,
+        values: &[f64],
+    ) -> Result<Vec<(usize, Vec<Node>)>, ForwardError> {
+        let one = |&cluster: &usize| {
+            let simulated = values
+                .par_iter()
+                .map(|&value| Ok((value, self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)])?)))
+                .collect::<Result<_, ForwardError>>()?;
+            Ok((cluster, simulated))
+        };
+        clusters.par_iter().map(one).collect()
+    }
+
+    /// Simulates what pairs of causes of one answer do together, where that is not known nearby; whether anything was.
+    pub fn couple(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
+        let causes = at_work(bench.variants, at);
+        let mut wanted: Vec<(usize, [usize; 2])> = Vec::new();
+        for (index, responses) in self.responses.iter().enumerate() {
+            let concerned: Vec<usize> = causes
+                .iter()
+                .filter(|(_, at)| at.iter().any(|(axis, _)| responses.of_axis.contains_key(axis)))
+                .map(|(&variant, _)| variant)
+                .collect();
+            for (position, &one) in concerned.iter().enumerate() {
+                for &other in &concerned[position + 1..] {
+                    let is_near = |known: &Interplay| (known.share([one, other], at) - 1.0).abs() < NEAR_BY;
+                    if !responses.of_pair.get(&[one, other]).is_some_and(is_near) {
+                        wanted.push((index, [one, other]));
+                    }
+                }
+            }
+        }
+        let together = |&(cluster, pair): &(usize, [usize; 2])| {
+            let both: Vec<(Axis, f64)> = pair.iter().flat_map(|variant| causes[variant].iter().copied()).collect();
+            let at = pair.map(|variant| causes[&variant].iter().map(|(_, value)| *value).collect());
+            Ok((cluster, pair, Interplay { at, change: self.beyond_each(bench, cluster, &both)? }))
+        };
+        let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
+        Ok(self.keep_together(simulated))
+    }
+
+    /// Simulates what causes of an answer do where tyres are 1 σ off in what is in doubt of them, where that is not known
+    /// nearby; whether anything was.
+    pub fn couple_with_tyres(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
+        let in_doubt = bench.variants.iter().enumerate().filter(|(_, variant)| variant.tyre_part().is_some());
+        let in_doubt: Vec<(Axis, f64)> =
+            in_doubt.map(|(variant, it)| (Axis { variant, coordinate: 0 }, it.coordinates[0].std_dev)).collect();
+        let causes = at_work(bench.variants, at);
+        let mut wanted: Vec<(usize, usize, (Axis, f64))> = Vec::new();
+        for (cluster, responses) in self.responses.iter().enumerate() {
+            for (&cause, there) in
+                causes.iter().filter(|(_, at)| at.iter().any(|(a, _)| responses.of_axis.contains_key(a)))
+            {
+                let is_near = |known: &Interplay| (share_of(there, cause, &known.at[0]) - 1.0).abs() < NEAR_BY_ON_TYRES;
+                let unknown = in_doubt
+                    .iter()
+                    .filter(|(tyres, _)| !responses.of_pair.get(&[cause, tyres.variant]).is_some_and(is_near));
+                wanted.extend(unknown.map(|&tyres| (cluster, cause, tyres)));
+            }
+        }
+        let mut alone: Vec<(usize, (Axis, f64))> = wanted.iter().map(|&(cluster, _, tyres)| (cluster, tyres)).collect();
+        alone.retain(|(cluster, (tyres, _))| !self.on_tyres.contains_key(&(*cluster, tyres.variant)));
+        alone.sort_by_key(|(cluster, (tyres, _))| (*cluster, *tyres));
+        alone.dedup();
+        let simulated: Vec<_> = alone
+            .par_iter()
+            .map(|&(cluster, tyres)| {
+                let change = self.simulated_change(bench, &bench.clusters[cluster], &[tyres])?;
+                Ok(((cluster, tyres.0.variant), change))
+            })
+            .collect::<Result<_, ForwardError>>()?;
+        self.on_tyres.extend(simulated);
+        let together = |&(cluster, cause, (tyres, value)): &(usize, usize, (Axis, f64))| {
+            let there = &causes[&cause];
+            let mut change = self.beyond_each(bench, cluster, &[there.as_slice(), &[(tyres, value)]].concat())?;
+            // What tyres do alone is in the model as it was fitted.
+            subtract(&mut change, &self.on_tyres[&(cluster, tyres.variant)]);
+            let at = [there.iter().map(|(_, value)| *value).collect(), vec![value]];
+            Ok((cluster, [cause, tyres.variant], Interplay { at, change }))
+        };
+        let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
+        Ok(self.keep_together(simulated))
+    }
+
+    /// Keeps what pairs do together in clusters; whether there is any.
+    fn keep_together(&mut self, simulated: Vec<(usize, [usize; 2], Interplay)>) -> bool {
+        let any = !simulated.is_empty();
+        for (cluster, pair, interplay) in simulated {
+            self.responses[cluster].of_pair.insert(pair, interplay);
+        }
+        any
+    }
+
+    /// What the simulator says that a hypothesis changes in a cluster beyond what is known of each of its axes.
+    fn beyond_each(&self, bench: Bench<'_>, cluster: usize, at: &Coordinates) -> Result<Vec<Step>, ForwardError> {
+        let mut change = self.simulated_change(bench, &bench.clusters[cluster], at)?;
+        for (axis, value) in at {
+            if let Some(response) = self.responses[cluster].of_axis.get(axis) {
+                let mut alone = vec![[0.0; 3]; change.len()];
+                response.add(*value, 1.0, &mut alone);
+                subtract(&mut change, &alone);
+            }
+        }
+        Ok(change)
+    }
+
+    /// What the simulator says that a hypothesis changes in the steps of a cluster's reference run.
+    pub(super) fn simulated_change(
+        &self,
+        bench: Bench<'_>,
+        cluster: &Cluster,
+        at: &Coordinates,
+    ) -> Result<Vec<Step>, ForwardError> {
+        let Bench { model, cases, variants, .. } = bench;
+        let case = &cases[cluster.reference];
+        let way = &self.ways[cluster.reference];
+        let scene = edited(model.scene(), variants, at);
+        let mut run = case.run.clone();
+        if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
+            // Stated an hour: what it does after one.
+            run.started = Some(run.started.unwrap_or(0.0) + 3600.0);
+        }
+        let trace = model.trace(&scene, &run, &case.counted)?;
+        let edited = Way::of(&trace, way.steps.len(), case.replayed, 0.0);
+        Ok(edited.steps.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect())
+    }
+}

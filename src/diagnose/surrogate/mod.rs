@@ -1,0 +1,356 @@
+//! A fast stand-in for the simulator: what each cause does to the way of a run, step by step.
+//!
+//! The way of a run is a chain of small body-frame steps (`way`). A cause changes each step by a polynomial in its coordinate
+//! through simulations at a few values (exact there; `response`); steps are composed again, so that a heading that was changed
+//! early carries what comes later without any linearisation. What two causes do together beyond what each does alone is a
+//! product of their sizes, once simulated (`exact`). Survey effects are applied to the composed way as they are.
+
+mod exact;
+mod library;
+mod response;
+
+pub use library::Library;
+
+use super::case::{Case, Cluster};
+use super::forward::{ForwardError, ForwardModel};
+use super::spots;
+use super::variant::{Axis, Coordinates, Variant, causes};
+use super::way::{ARM, Step, Way, compose, count_of, each, lasts, length, within};
+use crate::geometry::{Pose2, Trace};
+use crate::scene::{EmpiricalTerm, Feature, Scene, Survey, TwistPart};
+use exact::{axes, nodes, simulations};
+use library::Entry;
+use rayon::prelude::*;
+use response::{NO_ERRORS, Response, Responses, errors_of_response};
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+/// What is simulated, by whom, and what causes could be at work.
+#[derive(Clone, Copy)]
+pub(super) struct Bench<'a> {
+    pub model: &'a dyn ForwardModel,
+    pub cases: &'a [Case],
+    pub clusters: &'a [Cluster],
+    pub variants: &'a [Variant],
+}
+
+/// What a study looks for.
+#[derive(Clone, Copy)]
+pub(super) enum Candidates<'l> {
+    /// A few, which are quickly simulated.
+    Few(&'l [Variant]),
+    /// All; responses that are known are not simulated again.
+    All(Option<&'l Library>),
+}
+
+/// The stand-in for a set of runs.
+pub(super) struct Surrogate {
+    pub survey: Survey,
+    pub ways: Vec<Way>,
+    /// One a cluster.
+    responses: Vec<Responses>,
+    /// The cluster whose runs turn the robot most, and the run that stands for it.
+    pub most_turning: (usize, usize),
+    /// Along which causes do much the same on both sides of 0.
+    even: BTreeSet<Axis>,
+    /// Change of a cluster's steps where what a variant is of the tyres is 1 σ off, and nothing else.
+    on_tyres: BTreeMap<(usize, usize), Vec<Step>>,
+}
+
+impl Surrogate {
+    /// Simulates every run of `cases` as given, and every cluster under every variant; to `variants` come spots on the floor,
+    /// which need ways first: those of the first clusters, so many as are the `campaign`'s.
+    pub fn new(
+        model: &dyn ForwardModel,
+        cases: &[Case],
+        clusters: &[Cluster],
+        campaign: usize,
+        variants: &mut Vec<Variant>,
+        candidates: Candidates<'_>,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Result<Surrogate, ForwardError> {
+        let scene = model.scene();
+        let library = if let Candidates::All(library) = candidates { library } else { None };
+        // Without a log all runs of a cluster are one simulation.
+        let jobs: Vec<(usize, usize)> = clusters
+            .iter()
+            .enumerate()
+            .flat_map(|(index, cluster)| {
+                let reference = &cases[cluster.reference];
+                let apart = |run: &&usize| **run == cluster.reference || reference.differs(&cases[**run]);
+                let runs: Vec<usize> = if reference.replayed {
+                    cluster.runs.iter().filter(apart).copied().collect()
+                } else {
+                    vec![cluster.reference]
+                };
+                runs.into_iter().map(move |run| (index, run))
+            })
+            .collect();
+        let known: Vec<Option<&Entry>> =
+            clusters.iter().map(|cluster| library.and_then(|library| library.of(&cases[cluster.reference]))).collect();
+        let unknown = known.iter().filter(|entry| entry.is_none()).count();
+        let first: usize = axes(variants, cases).into_iter().map(|axis| simulations(variants, axis)).sum();
+        let total = AtomicUsize::new(jobs.len() + unknown * first);
+        let done = AtomicUsize::new(0);
+        let tick = || progress(done.fetch_add(1, Relaxed) + 1, total.load(Relaxed));
+
+        let traces: Vec<((usize, usize), Trace)> = jobs
+            .par_iter()
+            .map(|&(cluster, run)| {
+                let trace = model.trace(scene, &cases[run].run, &cases[run].counted)?;
+                tick();
+                Ok(((cluster, run), trace))
+            })
+            .collect::<Result<_, ForwardError>>()?;
+        let mut ways: Vec<Option<Way>> = vec![None; cases.len()];
+        for ((cluster, run), trace) in &traces {
+            let reference = &cases[clusters[*cluster].reference];
+            let count = count_of(if reference.replayed { reference.duration() } else { lasts(trace) });
+            let way = Way::of(trace, count, reference.replayed, cases[*run].hours);
+            if reference.replayed {
+                ways[*run] = Some(way.clone());
+                if *run == clusters[*cluster].reference {
+                    for &member in clusters[*cluster].runs.iter().filter(|&&it| !reference.differs(&cases[it])) {
+                        ways[member] = Some(way.beside(reference, &cases[member]));
+                    }
+                }
+            } else {
+                for &member in &clusters[*cluster].runs {
+                    ways[member] = Some(Way { hours: cases[member].hours, ..way.clone() });
+                }
+            }
+        }
+        let ways: Vec<Way> = ways.into_iter().map(|way| way.expect("every run is in a cluster")).collect();
+        let places = match candidates {
+            Candidates::Few(_) => Vec::new(),
+            Candidates::All(Some(library)) if unknown == 0 => library.places.clone(),
+            Candidates::All(_) => spots::places(scene, cases, &clusters[..campaign], &ways),
+        };
+        variants.extend(places.into_iter().map(Variant::spot));
+        let most_turning = clusters[..campaign]
+            .iter()
+            .map(|cluster| cluster.reference)
+            .enumerate()
+            .max_by(|(_, a), (_, b)| ways[*a].turned().total_cmp(&ways[*b].turned()))
+            .expect("a study has runs");
+        let responses = vec![Responses::default(); clusters.len()];
+        let (even, on_tyres) = (BTreeSet::new(), BTreeMap::new());
+        let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning, even, on_tyres };
+        let axes = axes(variants, cases);
+        let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
+            .filter(|&cluster| known[cluster].is_none())
+            .flat_map(|cluster| axes.iter().map(move |&axis| (cluster, axis)))
+            .filter(|&(cluster, axis)| surrogate.concerns(scene, &clusters[cluster], &variants[axis.variant]))
+            .collect();
+        total.store(
+            jobs.len() + to_simulate.iter().map(|&(_, axis)| simulations(variants, axis)).sum::<usize>(),
+            Relaxed,
+        );
+
+        for (cluster, entry) in known.iter().enumerate() {
+            if let Some(entry) = entry {
+                surrogate.responses[cluster] = entry.along(&surrogate.ways[clusters[cluster].reference]);
+            }
+        }
+        let bench = Bench { model, cases, clusters, variants };
+        let responses: Vec<Response> = to_simulate
+            .par_iter()
+            .map(|&(cluster, axis)| {
+                let coordinate = variants[axis.variant].coordinates[axis.coordinate];
+                let nodes = nodes(&variants[axis.variant], coordinate).into_iter().map(|at| {
+                    let change = surrogate.simulated_change(bench, &clusters[cluster], &[(axis, at)]);
+                    tick();
+                    change.map(|change| (at, change))
+                });
+                Ok(Response::of(&variants[axis.variant], nodes.collect::<Result<_, ForwardError>>()?))
+            })
+            .collect::<Result<_, ForwardError>>()?;
+        for ((cluster, axis), response) in to_simulate.into_iter().zip(responses) {
+            surrogate.responses[cluster].of_axis.insert(axis, response);
+        }
+        let campaign = &clusters[..campaign];
+        surrogate.even = axes.into_iter().filter(|&axis| surrogate.turns_back(axis, campaign, variants)).collect();
+        Ok(surrogate)
+    }
+
+    /// Whether a cause does much the same on both sides of 0.
+    pub fn is_even(&self, axis: Axis) -> bool {
+        self.even.contains(&axis)
+    }
+
+    /// Whether what a cause moves the robot by, `a x + b x²`, turns back within 1 σ of 0: whether `b σ` is half of `a` or more,
+    /// over all that the reference runs pass.
+    fn turns_back(&self, axis: Axis, clusters: &[Cluster], variants: &[Variant]) -> bool {
+        let variant = &variants[axis.variant];
+        let coordinate = variant.coordinates[axis.coordinate];
+        if coordinate.one_sided || variant.place().is_some() {
+            return false;
+        }
+        let (mut odd, mut even) = (0.0, 0.0);
+        for (index, cluster) in clusters.iter().enumerate() {
+            let at = |z: f64| self.path(index, cluster.reference, &[(axis, z * coordinate.std_dev)], variants);
+            for ((up, here), down) in at(1.0).iter().zip(&at(0.0)).zip(&at(-1.0)) {
+                let moved = |to: &Pose2| [to.x - here.x, to.y - here.y, ARM * (to.heading - here.heading)];
+                for (up, down) in moved(up).into_iter().zip(moved(down)) {
+                    odd += (up - down).powi(2);
+                    even += (up + down).powi(2);
+                }
+            }
+        }
+        even > 0.25 * odd
+    }
+
+    /// Whether a variant may do anything to a cluster.
+    fn concerns(&self, scene: &Scene, cluster: &Cluster, variant: &Variant) -> bool {
+        variant.place().is_none_or(|place| spots::touches(scene, &self.ways[cluster.reference], place))
+    }
+
+    /// Adds what terms of the body's twist do: exactly their formula, along the way of each cluster's reference.
+    pub fn add_terms(&mut self, clusters: &[Cluster], variants: &[Variant]) {
+        for (index, variant) in variants.iter().enumerate() {
+            let Some(term) = variant.term() else { continue };
+            let axis = Axis { variant: index, coordinate: 0 };
+            for (responses, cluster) in self.responses.iter_mut().zip(clusters) {
+                let change = self.ways[cluster.reference].empirical(&term);
+                responses.of_axis.insert(axis, Response::smooth(vec![(1.0, change)]));
+            }
+        }
+    }
+
+    /// Lets what is in doubt of the model do what its effect does.
+    pub fn add_doubted(&mut self, variants: &[Variant]) {
+        for (index, variant) in variants.iter().enumerate().filter(|(_, variant)| variant.is_doubted()) {
+            let alike = |it: &Variant| it.is_cause() && it.effect == variant.effect && it.choice == variant.choice;
+            let Some(original) = variants.iter().position(alike) else { continue };
+            for responses in &mut self.responses {
+                if let Some(response) = responses.of_axis.get(&Axis { variant: original, coordinate: 0 }).cloned() {
+                    responses.of_axis.insert(Axis { variant: index, coordinate: 0 }, response);
+                }
+            }
+        }
+    }
+
+    /// Root mean squares over all ways of each feature, and of the forward speed.
+    pub fn sizes(&self, clusters: &[Cluster]) -> (Vec<(Feature, f64)>, f64) {
+        let mean_square = |part: TwistPart, feature: Feature| {
+            let (mut sum, mut count) = (0.0, 0.0);
+            for cluster in clusters {
+                let way = &self.ways[cluster.reference];
+                let dt = way.lasts / way.steps.len() as f64;
+                let c = TwistPart::ALL.iter().position(|it| *it == part).expect("one of them");
+                for step in way.empirical(&EmpiricalTerm { part, feature, coefficient: 1.0 }) {
+                    sum += (step[c] / dt).powi(2);
+                    count += 1.0;
+                }
+            }
+            (sum / f64::max(count, 1.0)).sqrt()
+        };
+        let features = Feature::ALL.map(|feature| (feature, mean_square(TwistPart::Forward, feature)));
+        (features.to_vec(), mean_square(TwistPart::Forward, Feature::Speed))
+    }
+
+    /// Whether what is known of an axis was simulated on other ways than these.
+    fn is_carried(&self, axis: Axis) -> bool {
+        self.responses.iter().any(|responses| responses.of_axis.get(&axis).is_some_and(|it| it.carried))
+    }
+
+    /// How far `at` is from the nearest value of `axis` that was simulated. A spot that was come upon on other ways is none:
+    /// what it does changes over a decimetre.
+    pub fn nearest_node(&self, axis: Axis, at: f64, variants: &[Variant]) -> f64 {
+        if variants[axis.variant].place().is_some() && self.is_carried(axis) {
+            return f64::INFINITY;
+        }
+        let nodes = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
+        nodes
+            .flat_map(|response| response.simulated.iter().map(|(node, _)| *node).chain([0.0]))
+            .map(|node| (node - at).abs())
+            .fold(f64::INFINITY, f64::min)
+    }
+
+    /// The way of a run under a hypothesis: its steps' ends in the room, the start first.
+    pub fn path(&self, cluster: usize, run: usize, at: &Coordinates, variants: &[Variant]) -> Vec<Pose2> {
+        compose(self.ways[run].start, &self.steps(cluster, run, at, variants))
+    }
+
+    /// Its steps.
+    pub fn steps(&self, cluster: usize, run: usize, at: &Coordinates, variants: &[Variant]) -> Vec<Step> {
+        self.steps_along(cluster, &self.ways[run], at, variants)
+    }
+
+    /// Those of another way of the cluster's kind.
+    pub fn steps_along(&self, cluster: usize, way: &Way, at: &Coordinates, variants: &[Variant]) -> Vec<Step> {
+        let mut steps = way.steps.clone();
+        self.responses[cluster].add(at, way, variants, &mut steps);
+        steps
+    }
+
+    /// The path of a run under `to`, which moves from `from` along a few axes, where the run's `steps` are known; `None` where it
+    /// is the same.
+    pub fn path_beyond(
+        &self,
+        (cluster, run): (usize, usize),
+        (from, steps): (&Coordinates, &[Step]),
+        to: &Coordinates,
+        variants: &[Variant],
+    ) -> Option<Vec<Pose2>> {
+        let way = &self.ways[run];
+        if [from, to].iter().any(|at| errors_of_response(at, variants) != NO_ERRORS) {
+            return Some(self.path(cluster, run, to, variants));
+        }
+        let mut steps = steps.to_vec();
+        let moves = self.responses[cluster].add_beyond(from, to, way, variants, &mut steps);
+        moves.then(|| compose(way.start, &steps))
+    }
+
+    /// Readings of a path, as `survey` reads them.
+    pub fn readings(&self, case: &Case, way: &Way, path: &[Pose2], survey: &Survey) -> Vec<Pose2> {
+        let at = |stamp: Option<f64>| match stamp {
+            None => path[path.len() - 1],
+            Some(stamp) => {
+                let steps = path.len() - 1;
+                let place = ((survey.time_of(stamp) - way.began) / way.lasts).clamp(0.0, 1.0) * steps as f64;
+                let before = (place as usize).min(steps - 1);
+                within(path, before, place - before as f64)
+            }
+        };
+        let frame = case.frame_stamp.map_or(path[0], |stamp| at(Some(stamp)));
+        case.readings.iter().map(|reading| survey.reading(frame, at(reading.stamp))).collect()
+    }
+
+    /// The survey under a hypothesis. That the robot turns about another point than the model's is no matter of the survey,
+    /// but the same path seen from the robot: as if another point were tracked.
+    pub fn survey_of(&self, scene: &Scene, at: &Coordinates, variants: &[Variant]) -> Survey {
+        let mut survey = self.survey;
+        if at.iter().any(|(axis, _)| variants[axis.variant].effect.is_survey()) {
+            let causes: Vec<_> = causes(variants, at).into_iter().filter(|cause| cause.effect.is_survey()).collect();
+            let mut light = scene.clone();
+            light.survey = self.survey;
+            survey = crate::effect::Cause::edit_all(&causes, &light).survey;
+        }
+        let mut centre = [0.0; 2];
+        for (axis, value) in at {
+            if let Some(part) = variants[axis.variant].part_of_centre(axis.coordinate) {
+                centre[part] = *value;
+            }
+        }
+        if centre != [0.0; 2] {
+            let swing = self.swing(at, variants);
+            survey.base_from_tracked.x += centre[0] * swing;
+            survey.base_from_tracked.y += centre[1] * swing;
+        }
+        survey
+    }
+
+    /// All that physical causes move the robot by over all that it turns, beside what a calibration takes back, in the kind of
+    /// run that turns most \[m/rad\].
+    fn swing(&self, at: &Coordinates, variants: &[Variant]) -> f64 {
+        if !at.iter().any(|(axis, _)| variants[axis.variant].is_physical()) {
+            return 0.0;
+        }
+        let (cluster, reference) = self.most_turning;
+        let way = &self.ways[reference];
+        let steps = self.steps(cluster, reference, at, variants);
+        let moved = |(step, given): (&Step, &Step)| length(&each(|c| step[c] - given[c]));
+        steps.iter().zip(&way.steps).map(moved).sum::<f64>() / way.turned().max(f64::MIN_POSITIVE)
+    }
+}

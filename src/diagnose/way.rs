@@ -1,0 +1,243 @@
+//! Ways: a run's path as a chain of small body-frame steps, and what is done with such chains.
+
+use super::case::Case;
+use super::variant::{Axis, Variant};
+use crate::geometry::{Pose2, Trace};
+use crate::scene::{EmpiricalTerm, Motion};
+
+/// Length of a step of the way \[s\]: short against how long the robot takes to speed up or turn.
+const STEP: f64 = 0.1;
+
+/// Arm at which a turn counts as way \[m\].
+pub(super) const ARM: f64 = 0.3;
+
+/// A change of one step in the body's frame: x, y \[m\], heading \[rad\].
+pub(super) type Step = [f64; 3];
+
+/// The way of one run as the model as given predicts it.
+#[derive(Debug, Clone)]
+pub(super) struct Way {
+    pub start: Pose2,
+    pub steps: Vec<Step>,
+    /// When it began and how long it lasts, by the encoders' clock \[s\].
+    pub began: f64,
+    pub lasts: f64,
+    /// Share of an hour per unit of hourly coordinates.
+    pub hours: f64,
+}
+
+impl Way {
+    /// Where a run of this way is along an axis: what grows by the hour, as far as it had grown.
+    pub(super) fn along(&self, axis: &Axis, value: f64, variants: &[Variant]) -> f64 {
+        if variants[axis.variant].coordinates[axis.coordinate].hourly { value * self.hours } else { value }
+    }
+
+    /// A trace cut into `count` steps: of equal time for a replay, whose times are the log's; else of equal progress, so
+    /// that a robot that stands longer somewhere is still compared where it is.
+    pub fn of(trace: &Trace, count: usize, replayed: bool, hours: f64) -> Way {
+        let (began, lasts) = (trace.time[0], lasts(trace));
+        let poses: Vec<Pose2> = if replayed {
+            (0..=count).map(|k| trace.at(began + lasts * k as f64 / count as f64)).collect()
+        } else {
+            by_progress(trace, count)
+        };
+        let steps = poses
+            .windows(2)
+            .map(|pair| {
+                let step = pair[0].relative(pair[1]);
+                [step.x, step.y, step.heading]
+            })
+            .collect();
+        Way { start: poses[0], steps, began, lasts, hours }
+    }
+
+    /// The way of a run whose counts hardly differ from those of `reference`, whose way this is: the difference of their
+    /// dead reckoning is added step by step, turned as much as the reference turned for its own.
+    pub(super) fn beside(&self, reference: &Case, case: &Case) -> Way {
+        let count = self.steps.len();
+        let (own, other) = (reference.reckoned(count), case.reckoned(count));
+        let turned = self.turned();
+        let reckoned: f64 = own.windows(2).map(|pair| (pair[1].heading - pair[0].heading).abs()).sum();
+        let share = if reckoned > 0.1 { turned / reckoned } else { 1.0 };
+        let steps = self
+            .steps
+            .iter()
+            .zip(own.windows(2).zip(other.windows(2)))
+            .map(|(step, (own, other))| {
+                let (own, other) = (own[0].relative(own[1]), other[0].relative(other[1]));
+                [step[0] + other.x - own.x, step[1] + other.y - own.y, step[2] + share * (other.heading - own.heading)]
+            })
+            .collect();
+        let began = case.run.encoders.as_ref().map_or(self.began, |log| log.time[0]);
+        let start = case.run.start.unwrap_or_default();
+        Way { start, steps, began, lasts: case.duration(), hours: case.hours }
+    }
+
+    /// All that it turns, either way round \[rad\].
+    pub fn turned(&self) -> f64 {
+        self.steps.iter().map(|step| step[2].abs()).sum()
+    }
+
+    /// Progress at the end of each step, 1 at the end of the way.
+    pub(super) fn progress(&self) -> Vec<f64> {
+        let mut sum = 0.0;
+        let mut progress: Vec<f64> = self
+            .steps
+            .iter()
+            .map(|step| {
+                sum += step[0].hypot(step[1]) + ARM * step[2].abs();
+                sum
+            })
+            .collect();
+        progress.iter_mut().for_each(|p| *p /= sum.max(1e-9));
+        progress
+    }
+
+    /// Shares of the way that are behind the robot at `times` of the encoders' clock \[s\].
+    pub fn shares_at(&self, times: impl Iterator<Item = f64>) -> Vec<f64> {
+        let progress = self.progress();
+        let share = |time: f64| {
+            let place = ((time - self.began) / self.lasts).clamp(0.0, 1.0) * progress.len() as f64;
+            let step = (place as usize).min(progress.len() - 1);
+            let before = if step == 0 { 0.0 } else { progress[step - 1] };
+            before + (place - step as f64) * (progress[step] - before)
+        };
+        times.map(share).collect()
+    }
+
+    /// When so much of the way was first behind the robot, by the encoders' clock \[s\].
+    pub fn times_of(&self, shares: impl Iterator<Item = f64>) -> Vec<f64> {
+        let progress = self.progress();
+        let time = |share: f64| {
+            let step = progress.partition_point(|&behind| behind < share).min(progress.len() - 1);
+            let before = if step == 0 { 0.0 } else { progress[step - 1] };
+            let gone = progress[step] - before;
+            let part = if gone > 0.0 { ((share - before) / gone).clamp(0.0, 1.0) } else { 0.0 };
+            self.began + self.lasts * (step as f64 + part) / progress.len() as f64
+        };
+        shares.map(time).collect()
+    }
+
+    /// What a term of the body's twist adds to each step, for a coefficient of 1.
+    pub fn empirical(&self, term: &EmpiricalTerm) -> Vec<Step> {
+        let dt = self.lasts / self.steps.len() as f64;
+        let mut pose = self.start;
+        let mut speed_before = 0.0;
+        self.steps
+            .iter()
+            .enumerate()
+            .map(|(k, step)| {
+                let twist =
+                    crate::geometry::Twist2 { forward: step[0] / dt, left: step[1] / dt, yaw_rate: step[2] / dt };
+                let acceleration = (twist.forward - speed_before) / dt;
+                speed_before = twist.forward;
+                let motion = Motion { twist, pose, time: (k as f64 + 0.5) * dt, acceleration };
+                pose = pose.compose(Pose2::new(step[0], step[1], step[2]));
+                let added = EmpiricalTerm::twist(&[EmpiricalTerm { coefficient: 1.0, ..*term }], &motion);
+                [added.forward * dt, added.left * dt, added.yaw_rate * dt]
+            })
+            .collect()
+    }
+}
+
+/// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact
+/// while the robot speeds up or slows down steadily.
+pub(super) fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
+    let step = |k: usize| path[k].relative(path[k + 1]);
+    let (here, before) = (step(k), step(k.saturating_sub(1)));
+    let after = step((k + 1).min(path.len() - 2));
+    let between = |before: f64, here: f64, after: f64| {
+        let (first, last) = (0.5 * (before + here), 0.5 * (here + after));
+        let (p, p2, p3) = (part, part * part, part * part * part);
+        here * (3.0 * p2 - 2.0 * p3) + first * (p3 - 2.0 * p2 + p) + last * (p3 - p2)
+    };
+    path[k].compose(Pose2::new(
+        between(before.x, here.x, after.x),
+        between(before.y, here.y, after.y),
+        between(before.heading, here.heading, after.heading),
+    ))
+}
+
+/// Ends of the steps, the start first.
+pub(super) fn compose(start: Pose2, steps: &[Step]) -> Vec<Pose2> {
+    let mut path = Vec::with_capacity(steps.len() + 1);
+    let mut pose = start;
+    path.push(pose);
+    let (mut sin, mut cos) = start.heading.sin_cos();
+    for &[dx, dy, turn] in steps {
+        pose = Pose2::new(pose.x + cos * dx - sin * dy, pose.y + sin * dx + cos * dy, pose.heading + turn);
+        path.push(pose);
+        // A step turns little: the direction is turned on, by series that are exact to 1e-12 below 0.15 rad.
+        (sin, cos) = if turn.abs() < 0.15 {
+            let t2 = turn * turn;
+            let s = turn * (1.0 - t2 / 6.0 * (1.0 - t2 / 20.0 * (1.0 - t2 / 42.0)));
+            let c = 1.0 - t2 / 2.0 * (1.0 - t2 / 12.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0)));
+            (sin * c + cos * s, cos * c - sin * s)
+        } else {
+            pose.heading.sin_cos()
+        };
+    }
+    path
+}
+
+/// How long a trace lasts \[s\].
+pub(super) fn lasts(trace: &Trace) -> f64 {
+    trace.time[trace.time.len() - 1] - trace.time[0]
+}
+
+/// Steps that a way of this duration \[s\] is cut into.
+pub(super) fn count_of(duration: f64) -> usize {
+    ((duration / STEP).ceil() as usize).max(4)
+}
+
+/// Steps that the way of a trace is cut into.
+pub(super) fn steps_of(trace: &Trace) -> usize {
+    count_of(lasts(trace))
+}
+
+/// Poses at equal progress: way, and turn at an arm of 0.3 m.
+fn by_progress(trace: &Trace, count: usize) -> Vec<Pose2> {
+    let mut progress = vec![0.0];
+    for pair in trace.poses.windows(2) {
+        let more = pair[0].distance(pair[1]) + ARM * (pair[1].heading - pair[0].heading).abs();
+        progress.push(progress[progress.len() - 1] + more);
+    }
+    let total = progress[progress.len() - 1];
+    (0..=count)
+        .map(|k| {
+            let wanted = total * k as f64 / count as f64;
+            let after = progress.partition_point(|&p| p < wanted).clamp(1, progress.len() - 1);
+            let (p0, p1) = (progress[after - 1], progress[after]);
+            let part = if p1 > p0 { ((wanted - p0) / (p1 - p0)).clamp(0.0, 1.0) } else { 1.0 };
+            let step = trace.poses[after - 1].relative(trace.poses[after]);
+            trace.poses[after - 1].compose(Pose2::new(step.x * part, step.y * part, step.heading * part))
+        })
+        .collect()
+}
+
+/// Adds `changes`, so many times, to `steps`.
+pub(super) fn add_times(times: f64, changes: &[Step], steps: &mut [Step]) {
+    if times == 0.0 {
+        return;
+    }
+    for (step, change) in steps.iter_mut().zip(changes) {
+        for c in 0..3 {
+            step[c] += times * change[c];
+        }
+    }
+}
+
+/// Length of a step, its turn counted at an arm \[m\].
+pub(super) fn length(step: &Step) -> f64 {
+    step[0].hypot(step[1]).hypot(ARM * step[2])
+}
+
+pub(super) fn each(value: impl Fn(usize) -> f64) -> Step {
+    std::array::from_fn(value)
+}
+
+pub(super) fn subtract(changes: &mut [Step], others: &[Step]) {
+    for (change, other) in changes.iter_mut().zip(others) {
+        *change = each(|c| change[c] - other[c]);
+    }
+}
