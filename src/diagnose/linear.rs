@@ -16,6 +16,7 @@ use crate::geometry::Pose2;
 use crate::scene::{Scene, Survey};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::f64::consts::LN_2;
+use std::ops::Range;
 
 /// Error that responses are allowed as a whole, and in each part of the way, relative.
 pub(super) const RESPONSE_ERROR: [f64; 2] = [0.02, 0.03];
@@ -240,83 +241,50 @@ impl Problem<'_> {
     /// Whitened change of a cluster's readings that the response of `at` makes as a whole and in each part of its way:
     /// columns of the response's own error.
     fn response_errors(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
-        let reference = self.clusters[cluster].reference;
-        let case = &self.cases[reference];
-        let way = &self.surrogate.ways[reference];
-        let survey = self.surrogate.survey_of(self.scene, at, self.variants);
-        let changed = self.surrogate.steps(cluster, reference, at, self.variants);
-        let read =
-            |steps: &[Step]| flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey));
-        let here = read(&changed);
-        let count = way.steps.len();
+        let response = Changed::by(self, cluster, at);
+        let (given, count) = (&self.surrogate.ways[self.clusters[cluster].reference].steps, response.steps.len());
+        let parts = (0..PARTS).map(|part| part * count / PARTS..(part + 1) * count / PARTS);
         let mut columns = Vec::with_capacity(PARTS + 1);
-        for part in 0..=PARTS {
-            let range = if part == PARTS { 0..count } else { part * count / PARTS..(part + 1) * count / PARTS };
-            let error = if part == PARTS { self.response_error[0] } else { self.response_error[1] };
-            // A tenth of the response less, scaled back up: linear to a tenth of a per cent of it.
-            for components in self.components() {
-                let mut steps = changed.clone();
-                for k in range.clone() {
-                    for &c in *components {
-                        steps[k][c] -= 0.1 * (changed[k][c] - way.steps[k][c]);
-                    }
-                }
-                columns.push((&here - read(&steps)) * (10.0 * error));
-            }
+        for (range, error) in parts.clone().map(|part| (part, 1)).chain([(0..count, 0)]) {
+            let less = |components| response.less(given, range.clone(), components) * self.response_error[error];
+            columns.extend(self.components().iter().copied().map(less));
         }
         // What a spot does hangs on where exactly it is come upon, run for run and for all of them.
-        let on_level_floor = self.on_level_floor(at);
-        let without = self.surrogate.steps(cluster, reference, &on_level_floor, self.variants);
-        for part in (0..PARTS).filter(|_| on_level_floor.len() < at.len()) {
-            let mut steps = changed.clone();
-            for k in part * count / PARTS..(part + 1) * count / PARTS {
-                for c in 0..3 {
-                    steps[k][c] -= 0.1 * (changed[k][c] - without[k][c]);
-                }
-            }
-            columns.push((&here - read(&steps)) * (10.0 * SPOT_ERROR));
+        if let Some(without) = self.without_spots(cluster, at) {
+            columns.extend(parts.map(|part| response.less(&without, part, &[0, 1, 2]) * SPOT_ERROR));
         }
-        let mut columns = DMatrix::from_columns(&columns);
-        self.factors[cluster].l_dirty().solve_lower_triangular_mut(&mut columns);
-        columns
-    }
-
-    /// Coordinates without those of spots on the floor.
-    fn on_level_floor(&self, at: &Coordinates) -> Vec<(Axis, f64)> {
-        at.iter().copied().filter(|(axis, _)| self.variants[axis.variant].place().is_none()).collect()
+        self.whitened(cluster, &columns)
     }
 
     /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
     fn run_errors(&self, cluster: usize, at: &Coordinates) -> Option<Cholesky<f64, Dyn>> {
-        let reference = self.clusters[cluster].reference;
-        let case = &self.cases[reference];
-        let way = &self.surrogate.ways[reference];
-        let survey = self.surrogate.survey_of(self.scene, at, self.variants);
-        let with = |at: &Coordinates| self.surrogate.steps(cluster, reference, at, self.variants);
-        let read =
-            |steps: &[Step]| flatten(case, &self.surrogate.readings(case, way, &compose(way.start, steps), &survey));
-        let changed = with(at);
-        let here = read(&changed);
-        // A tenth of the response less, scaled back up.
-        let less = |of: &[Step], components: &[usize]| {
-            let mut steps = changed.clone();
-            for (k, step) in steps.iter_mut().enumerate() {
-                for &c in components {
-                    step[c] -= 0.1 * (changed[k][c] - of[k][c]);
-                }
-            }
-            (&here - read(&steps)) * 10.0
-        };
-        let mut columns = vec![less(&way.steps, &[0, 1, 2]) * RUN_ERROR];
-        let on_level_floor = self.on_level_floor(at);
-        if on_level_floor.len() < at.len() {
-            let without = with(&on_level_floor);
-            columns.extend((0..3).map(|c| less(&without, &[c]) * SPOT_ERROR));
+        let response = Changed::by(self, cluster, at);
+        let (given, all) = (&self.surrogate.ways[self.clusters[cluster].reference].steps, 0..response.steps.len());
+        let mut columns = vec![response.less(given, all.clone(), &[0, 1, 2]) * RUN_ERROR];
+        if let Some(without) = self.without_spots(cluster, at) {
+            columns.extend((0..3).map(|c| response.less(&without, all.clone(), &[c]) * SPOT_ERROR));
         }
-        let mut columns = DMatrix::from_columns(&columns);
-        self.factors[cluster].l_dirty().solve_lower_triangular_mut(&mut columns);
+        let columns = self.whitened(cluster, &columns);
         let size = columns.nrows();
         Cholesky::new(DMatrix::identity(size, size) + &columns * columns.transpose())
+    }
+
+    /// Steps of a cluster's reference run without what spots on the floor do, where there are any.
+    fn without_spots(&self, cluster: usize, at: &Coordinates) -> Option<Vec<Step>> {
+        let on_level_floor: Vec<(Axis, f64)> = at.iter().copied().filter(|(axis, _)| !self.is_spot(axis)).collect();
+        let reference = self.clusters[cluster].reference;
+        (on_level_floor.len() < at.len())
+            .then(|| self.surrogate.steps(cluster, reference, &on_level_floor, self.variants))
+    }
+
+    fn is_spot(&self, axis: &Axis) -> bool {
+        self.variants[axis.variant].place().is_some()
+    }
+
+    fn whitened(&self, cluster: usize, columns: &[DVector<f64>]) -> DMatrix<f64> {
+        let mut columns = DMatrix::from_columns(columns);
+        self.factors[cluster].l_dirty().solve_lower_triangular_mut(&mut columns);
+        columns
     }
 
     /// Normal equations of the columns: `jᵀj`, `jᵀr` and `rᵀr` over the active runs. What runs differ by counts as it is, their
@@ -493,7 +461,7 @@ impl Problem<'_> {
         let plausible = Plausible::of(self.variants, axes);
         let local = plausible.at(&values(&at));
 
-        let spots = self.on_level_floor(&at).len() < at.len();
+        let spots = at.iter().any(|(axis, _)| self.is_spot(axis));
         let of_responses = (PARTS + 1) * self.components().len();
         let per_condition = match (with_error, spots) {
             (false, _) => 0,
@@ -612,4 +580,41 @@ pub(super) fn shapes_of(surrogate: &Surrogate, case: &Case, way: &Way, path: &[P
     let later = Survey { time_offset: survey.time_offset + LATER, ..*survey };
     let clock = (flatten(case, &surrogate.readings(case, way, path, &later)) - flatten(case, &predicted)) / LATER;
     Shapes::new(case, way, path, &predicted, clock)
+}
+
+/// The way of a cluster's reference run as a hypothesis changes it.
+struct Changed<'p> {
+    problem: &'p Problem<'p>,
+    reference: usize,
+    survey: Survey,
+    steps: Vec<Step>,
+    readings: DVector<f64>,
+}
+
+impl<'p> Changed<'p> {
+    fn by(problem: &'p Problem<'p>, cluster: usize, at: &Coordinates) -> Changed<'p> {
+        let reference = problem.clusters[cluster].reference;
+        let survey = problem.surrogate.survey_of(problem.scene, at, problem.variants);
+        let steps = problem.surrogate.steps(cluster, reference, at, problem.variants);
+        let mut changed = Changed { problem, reference, survey, steps, readings: DVector::zeros(0) };
+        changed.readings = changed.read(&changed.steps);
+        changed
+    }
+
+    fn read(&self, steps: &[Step]) -> DVector<f64> {
+        let (case, way) = (&self.problem.cases[self.reference], &self.problem.surrogate.ways[self.reference]);
+        flatten(case, &self.problem.surrogate.readings(case, way, &compose(way.start, steps), &self.survey))
+    }
+
+    /// What it changes of the readings beyond `without`, by these components of the steps of a part of the way. A tenth of
+    /// it is taken away and scaled back up: linear to a tenth of a per cent of it.
+    fn less(&self, without: &[Step], part: Range<usize>, components: &[usize]) -> DVector<f64> {
+        let mut steps = self.steps.clone();
+        for k in part {
+            for &c in components {
+                steps[k][c] -= 0.1 * (self.steps[k][c] - without[k][c]);
+            }
+        }
+        (&self.readings - self.read(&steps)) * 10.0
+    }
 }
