@@ -313,6 +313,12 @@ impl Variant {
             .collect()
     }
 
+    /// Whether it is a cause that may be larger than the catalogue expects: what a model states of a robot that nobody has
+    /// calibrated is what its makers do.
+    pub fn may_be_unusual(&self) -> bool {
+        self.is_cause() && super::CALIBRATED.contains(&self.effect.id)
+    }
+
     /// Whether its coordinates are the two components of a vector.
     fn is_vector(&self) -> bool {
         self.effect.parameters.iter().any(|parameter| parameter.prior == Prior::AnyHeading)
