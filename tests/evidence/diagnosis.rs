@@ -252,6 +252,22 @@ fn a_load_is_found_on_the_side_that_it_is_on() {
     }
 }
 
+/// Tyres of a robot that nobody has calibrated may differ by ten times what is plausible of tyres. A normal law forbids that:
+/// under it these end points were given half of it, and two wheels toed by four σ each for the rest.
+#[test]
+fn tyres_that_differ_much_are_named() {
+    const RATIO: f64 = 0.05;
+    let given = base();
+    let simulator = Simulator::new(&given, &GO_ON);
+    let world = cause("wheel_diameter_mismatch", RATIO).edit(&given);
+    let dataset = small(squares(&world, &given, DataKind::EndPoints, 46));
+    let mut study = Study::new(&[dataset], &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
+    let found = study.diagnose().expect("it can be diagnosed").findings;
+    let effects: Vec<&str> = found.iter().map(|finding| finding.effect).collect();
+    assert_eq!(effects, ["wheel_diameter_mismatch"], "{found:#?}");
+    assert!(off(&found[0], RATIO).abs() < 3.0, "{found:#?}");
+}
+
 /// A slope is resisted by friction, and no campaign on a level floor shows how much there is: a model that was fitted to one, and
 /// says so, gives the slope as widely as that leaves it open. On a floor with 1.2 times the model's friction (1.2 σ of what is
 /// in doubt), that covers the slope to 3 σ; a model that is sure of its tyres does not.
