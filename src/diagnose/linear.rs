@@ -242,7 +242,7 @@ impl Problem<'_> {
     /// columns of the response's own error.
     fn response_errors(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
         let response = Changed::by(self, cluster, at);
-        let (given, count) = (&self.surrogate.ways[self.clusters[cluster].reference].steps, response.steps.len());
+        let (given, count) = (&response.way.steps, response.steps.len());
         let parts = (0..PARTS).map(|part| part * count / PARTS..(part + 1) * count / PARTS);
         let mut columns = Vec::with_capacity(PARTS + 1);
         for (range, error) in parts.clone().map(|part| (part, 1)).chain([(0..count, 0)]) {
@@ -259,8 +259,8 @@ impl Problem<'_> {
     /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
     fn run_errors(&self, cluster: usize, at: &Coordinates) -> Option<Cholesky<f64, Dyn>> {
         let response = Changed::by(self, cluster, at);
-        let (given, all) = (&self.surrogate.ways[self.clusters[cluster].reference].steps, 0..response.steps.len());
-        let mut columns = vec![response.less(given, all.clone(), &[0, 1, 2]) * RUN_ERROR];
+        let all = 0..response.steps.len();
+        let mut columns = vec![response.less(&response.way.steps, all.clone(), &[0, 1, 2]) * RUN_ERROR];
         if let Some(without) = self.without_spots(cluster, at) {
             columns.extend((0..3).map(|c| response.less(&without, all.clone(), &[c]) * SPOT_ERROR));
         }
@@ -584,8 +584,9 @@ pub(super) fn shapes_of(surrogate: &Surrogate, case: &Case, way: &Way, path: &[P
 
 /// The way of a cluster's reference run as a hypothesis changes it.
 struct Changed<'p> {
-    problem: &'p Problem<'p>,
-    reference: usize,
+    surrogate: &'p Surrogate,
+    case: &'p Case,
+    way: &'p Way,
     survey: Survey,
     steps: Vec<Step>,
     readings: DVector<f64>,
@@ -593,17 +594,18 @@ struct Changed<'p> {
 
 impl<'p> Changed<'p> {
     fn by(problem: &'p Problem<'p>, cluster: usize, at: &Coordinates) -> Changed<'p> {
-        let reference = problem.clusters[cluster].reference;
-        let survey = problem.surrogate.survey_of(problem.scene, at, problem.variants);
-        let steps = problem.surrogate.steps(cluster, reference, at, problem.variants);
-        let mut changed = Changed { problem, reference, survey, steps, readings: DVector::zeros(0) };
+        let (surrogate, reference) = (problem.surrogate, problem.clusters[cluster].reference);
+        let (case, way) = (&problem.cases[reference], &surrogate.ways[reference]);
+        let survey = surrogate.survey_of(problem.scene, at, problem.variants);
+        let steps = surrogate.steps(cluster, reference, at, problem.variants);
+        let mut changed = Changed { surrogate, case, way, survey, steps, readings: DVector::zeros(0) };
         changed.readings = changed.read(&changed.steps);
         changed
     }
 
     fn read(&self, steps: &[Step]) -> DVector<f64> {
-        let (case, way) = (&self.problem.cases[self.reference], &self.problem.surrogate.ways[self.reference]);
-        flatten(case, &self.problem.surrogate.readings(case, way, &compose(way.start, steps), &self.survey))
+        let path = compose(self.way.start, steps);
+        flatten(self.case, &self.surrogate.readings(self.case, self.way, &path, &self.survey))
     }
 
     /// What it changes of the readings beyond `without`, by these components of the steps of a part of the way. A tenth of

@@ -40,7 +40,6 @@ pub use tyres::OtherTyres;
 pub use verdict::{Blind, Diagnosis, Finding, Found, Misfit, MisfitCondition, Ranked, RunReadings, Verdict};
 
 use crate::dataset::Dataset;
-use crate::effect::Cause;
 use crate::scene::{Doubt, TwistPart};
 use case::{Case, Cluster};
 use doubt::MotionError;
@@ -57,6 +56,7 @@ use variant::{TyrePart, Variant};
 
 /// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
 const PLAUSIBLE_TERM: f64 = 0.01;
+
 /// What a calibration finds.
 const CALIBRATED: [&str; 3] = ["wheel_diameter_scale", "wheel_diameter_mismatch", "effective_track"];
 
@@ -515,7 +515,7 @@ impl<'m> Study<'m> {
             let names: Vec<String> = causes.map(|&index| self.variants[index].label()).collect();
             if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") }
         };
-        let causes = |h: &search::Hypothesis| causes_of(&self.variants, &h.fit.at);
+        let causes = |h: &search::Hypothesis| variant::causes(&self.variants, &h.fit.at);
         next::next(self, (&name(best), &causes(best)), (&name(rival), &causes(rival)))
     }
 
@@ -602,9 +602,4 @@ pub struct PairEvidence {
     pub fewer: f64,
     /// Of the best other pair.
     pub other: f64,
-}
-
-/// The causes of a hypothesis.
-fn causes_of(variants: &[Variant], at: &[(variant::Axis, f64)]) -> Vec<Cause> {
-    variant::causes(variants, at)
 }

@@ -90,7 +90,7 @@ impl Plausible {
         let along = |axis: &Axis| variants[axis.variant].coordinates[axis.coordinate];
         let is_centre = |axis: &Axis| variants[axis.variant].part_of_centre(axis.coordinate).is_some();
         let centre: Vec<usize> = (0..axes.len()).filter(|&index| is_centre(&axes[index])).collect();
-        let unusual = (0..axes.len()).filter(|&index| variants[axes[index].variant].may_be_unusual());
+        let unusual = (0..axes.len()).filter(|&index| variants[axes[index].variant].is_of_calibration());
         let mut tails: Vec<(Tail, Vec<usize>)> = unusual.map(|index| (Tail::Contaminated, vec![index])).collect();
         if !centre.is_empty() {
             tails.push((Tail::Student, centre));

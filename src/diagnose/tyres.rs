@@ -10,7 +10,7 @@ use super::search::{Ranking, axes_of};
 use super::surrogate::Candidates;
 use super::variant::Variant;
 use super::verdict::{self, Diagnosis, Finding, Found, Verdict};
-use super::{CALIBRATED, DiagnoseError, ForwardError, ForwardModel, Runs, Study};
+use super::{DiagnoseError, ForwardError, ForwardModel, Runs, Study};
 use crate::effect::Effect;
 use crate::scene::{Contact, EmpiricalTerm, Feature, TwistPart};
 
@@ -52,9 +52,8 @@ impl<'m> Study<'m> {
             return None;
         }
         let in_answer = |index: usize| best.set.contains(&index) && self.variants[index].is_cause();
-        let is_of_calibration = |variant: &Variant| CALIBRATED.iter().any(|id| variant.names(id));
         let few = self.variants.iter().enumerate();
-        let few = few.filter(|(index, variant)| in_answer(*index) || is_of_calibration(variant));
+        let few = few.filter(|(index, variant)| in_answer(*index) || variant.is_of_calibration());
         let few: Vec<Variant> = few.map(|(_, variant)| variant.clone()).collect();
         // A robot that cannot be driven so is no such robot.
         let mut there = self.under_the_other(Candidates::Few(&few)).ok()?;

@@ -313,10 +313,9 @@ impl Variant {
             .collect()
     }
 
-    /// Whether it is a cause that may be larger than the catalogue expects: what a model states of a robot that nobody has
-    /// calibrated is what its makers do.
-    pub fn may_be_unusual(&self) -> bool {
-        self.is_cause() && super::CALIBRATED.contains(&self.effect.id)
+    /// Whether it is a cause that a calibration finds.
+    pub fn is_of_calibration(&self) -> bool {
+        super::CALIBRATED.iter().any(|id| self.names(id))
     }
 
     /// Whether its coordinates are the two components of a vector.

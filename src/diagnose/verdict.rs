@@ -3,7 +3,7 @@
 use super::Study;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::tyres::OtherTyres;
-use super::variant::{Variant, terms};
+use super::variant::{Variant, causes, terms};
 use super::{ForwardError, ForwardModel, NextExperiment, residue};
 use crate::dataset::SurveyedPose;
 use crate::effect::Cause;
@@ -255,7 +255,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         probabilities,
         blind_to: blind(study),
         noise: study.noise,
-        causes: super::causes_of(variants, &answered),
+        causes: causes(variants, &answered),
         empirical: terms(variants, &answered),
         other_tyres: None,
         doubt: doubt(study, best),
