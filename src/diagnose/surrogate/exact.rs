@@ -5,7 +5,7 @@ use super::{Bench, Surrogate};
 use crate::diagnose::case::{Case, Cluster};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::variant::{Axis, Coordinate, Coordinates, Variant, edited};
-use crate::diagnose::way::{Step, Way, each, subtract};
+use crate::diagnose::way::{Step, Way, each, length, subtract};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -25,8 +25,10 @@ pub(super) fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
 const NEAR_BY: f64 = 0.15;
 /// The same of a cause on tyres that are in doubt: how much of it hangs on them changes little with its size.
 const NEAR_BY_ON_TYRES: f64 = 0.5;
-/// Nodes of a polynomial that are nearer than this to a new one make room for it \[σ\].
+/// Nodes that were simulated on other ways make room for a new one that is nearer than this \[σ\].
 const CLOSE: f64 = 0.5;
+/// Share that what was taken to happen far from what was simulated may be off by before it is simulated halfway there as well.
+const ASTRAY: f64 = 0.1;
 /// Values nearer than this to one another need not both be simulated \[σ\].
 const SAME: f64 = 0.1;
 /// Values at which a leading spot is simulated besides, in σ about its mean.
@@ -104,19 +106,35 @@ impl Surrogate {
             values.extend(SPOT_GRID.map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)));
             values.retain(|&value| self.nearest_node(axis, value, bench.variants) > SAME * coordinate.std_dev);
         }
-        for (cluster, added) in self.simulate(bench, &concerned, axis, &values)? {
+        let mut simulated = self.simulate(bench, &concerned, axis, &values)?;
+        let nearest = self.nearest(axis, at);
+        let is_far = (at - nearest).abs() > variant.coordinates[axis.coordinate].std_dev;
+        if is_far && !is_spot && simulated.iter().any(|(cluster, nodes)| self.is_astray(*cluster, axis, &nodes[0])) {
+            let between = self.simulate(bench, &concerned, axis, &[0.5 * (at + nearest)])?;
+            simulated.iter_mut().zip(between).for_each(|((_, nodes), (_, between))| nodes.extend(between));
+        }
+        for (cluster, added) in simulated {
             let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
             // What a term was taken to do before it was simulated is no simulation.
             let mut simulated = if variant.is_term() { Vec::new() } else { response.simulated.clone() };
-            if !is_spot {
-                // A polynomial through neighbours that were simulated on other ways would swing between them.
+            if response.carried && !is_spot {
+                // A curve through neighbours that were simulated on other ways would swing between them.
                 let apart = CLOSE * variant.coordinates[axis.coordinate].std_dev;
                 simulated.retain(|(node, _)| (node - at).abs() > apart);
             }
             simulated.extend(added);
-            *response = Response { carried: response.carried, ..Response::of(variant, simulated) };
+            response.simulated_at(simulated);
         }
         Ok(())
+    }
+
+    /// Whether what an axis was taken to do at a node is wrong by more than a share of it.
+    fn is_astray(&self, cluster: usize, axis: Axis, (at, simulated): &Node) -> bool {
+        let mut off = vec![[0.0; 3]; simulated.len()];
+        self.responses[cluster].of_axis[&axis].add(*at, 1.0, &mut off);
+        subtract(&mut off, simulated);
+        let size = |changes: &[Step]| changes.iter().map(length).sum::<f64>();
+        size(&off) > ASTRAY * size(simulated)
     }
 
     /// What `values` of one axis change in some clusters.

@@ -1,7 +1,7 @@
 //! Responses that were simulated before, carried over to other runs of their kind.
 
 use super::Surrogate;
-use super::response::{Between, Response, Responses};
+use super::response::Responses;
 use crate::diagnose::case::{Case, Cluster, Condition};
 use crate::diagnose::variant::Variant;
 use crate::diagnose::way::{Step, Way, each};
@@ -89,14 +89,7 @@ impl Entry {
                 })
                 .collect()
         };
-        let of_axis = self.responses.of_axis.iter().map(|(axis, response)| {
-            let simulated = response.simulated.iter().map(|(node, changes)| (*node, carry(changes))).collect();
-            let along = match response.between {
-                Between::Smooth(_) => Response::smooth(simulated),
-                Between::Straight => Response::straight(simulated),
-            };
-            (*axis, Response { carried: true, ..along })
-        });
+        let of_axis = self.responses.of_axis.iter().map(|(axis, response)| (*axis, response.carried_over(carry)));
         Responses { of_axis: of_axis.collect(), of_pair: BTreeMap::new() }
     }
 }

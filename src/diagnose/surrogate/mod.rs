@@ -1,6 +1,6 @@
 //! A fast stand-in for the simulator: what each cause does to the way of a run, step by step.
 //!
-//! The way of a run is a chain of small body-frame steps (`way`). A cause changes each step by a polynomial in its coordinate
+//! The way of a run is a chain of small body-frame steps (`way`). A cause changes each step by a curve over its coordinate
 //! through simulations at a few values (exact there; `response`); steps are composed again, so that a heading that was changed
 //! early carries what comes later without any linearisation. What two causes do together beyond what each does alone is a
 //! product of their sizes, once simulated (`exact`). Survey effects are applied to the composed way as they are.
@@ -260,11 +260,14 @@ impl Surrogate {
         if variants[axis.variant].place().is_some() && self.is_carried(axis) {
             return f64::INFINITY;
         }
+        (self.nearest(axis, at) - at).abs()
+    }
+
+    /// The value of `axis` nearest to `at` that was simulated, or 0, where nothing changes.
+    fn nearest(&self, axis: Axis, at: f64) -> f64 {
         let nodes = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
-        nodes
-            .flat_map(|response| response.simulated.iter().map(|(node, _)| *node).chain([0.0]))
-            .map(|node| (node - at).abs())
-            .fold(f64::INFINITY, f64::min)
+        let nodes = nodes.flat_map(|response| response.simulated.iter().map(|(node, _)| *node));
+        nodes.fold(0.0, |nearest, node| if (node - at).abs() < (nearest - at).abs() { node } else { nearest })
     }
 
     /// The way of a run under a hypothesis: its steps' ends in the room, the start first.

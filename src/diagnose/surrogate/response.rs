@@ -1,8 +1,10 @@
-//! What a cause changes along a way over its coordinates: a polynomial or lines through what was simulated.
+//! What a cause changes along a way over its coordinates: a curve or lines through what was simulated.
 
 use crate::diagnose::variant::{Axis, Coordinates, RELATIVE, Variant};
-use crate::diagnose::way::{ARM, Step, Way, add_times, each};
+use crate::diagnose::way::{ARM, Step, Way, add_times};
+use std::cmp::Ordering;
 use std::collections::BTreeMap;
+use std::ops::Range;
 
 /// What causes do to the steps of a cluster.
 #[derive(Debug, Clone, Default)]
@@ -40,18 +42,20 @@ pub(super) type Node = (f64, Vec<Step>);
 /// Change of the steps over one coordinate: through 0 at 0 and through what was simulated at each node.
 #[derive(Debug, Clone)]
 pub(super) struct Response {
-    /// Coordinate and change of what was simulated.
+    /// Coordinates and changes that were simulated, by coordinate.
     pub simulated: Vec<Node>,
-    pub between: Between,
+    between: Between,
     /// Whether it was simulated on another way of its kind.
     pub carried: bool,
 }
 
 /// What is taken to happen between nodes.
-#[derive(Debug, Clone)]
-pub(super) enum Between {
-    /// A polynomial: Newton's divided differences, one a node.
-    Smooth(Vec<Vec<Step>>),
+#[derive(Debug, Clone, Copy)]
+enum Between {
+    /// Parabolas through three neighbours, blended from one to the next [Overhauser, *Analytic Definition of Curves and
+    /// Surfaces by Parabolic Blending*, Ford 1968]: what was simulated far off has no say, so that a kink bends its own
+    /// neighbourhood only.
+    Smooth,
     /// Straight lines, level beyond the ends: below a grip at which wheels cannot turn the robot, all is otherwise.
     Straight,
 }
@@ -59,71 +63,98 @@ pub(super) enum Between {
 impl Response {
     /// Of a variant.
     pub fn of(variant: &Variant, simulated: Vec<Node>) -> Response {
-        if variant.place().is_some() { Response::straight(simulated) } else { Response::smooth(simulated) }
+        let between = if variant.place().is_some() { Between::Straight } else { Between::Smooth };
+        Response::through(simulated, between)
     }
 
     pub fn smooth(simulated: Vec<Node>) -> Response {
-        // Divided differences of the table (0, 0), (node, change), …
-        let at: Vec<f64> = std::iter::once(0.0).chain(simulated.iter().map(|(node, _)| *node)).collect();
-        let mut column: Vec<Vec<Step>> = vec![vec![[0.0; 3]; simulated[0].1.len()]];
-        column.extend(simulated.iter().map(|(_, change)| change.clone()));
-        let mut differences = Vec::new();
-        for order in 1..at.len() {
-            column = (0..column.len() - 1)
-                .map(|i| {
-                    let span = at[i + order] - at[i];
-                    column[i].iter().zip(&column[i + 1]).map(|(a, b)| each(|c| (b[c] - a[c]) / span)).collect()
-                })
-                .collect();
-            differences.push(column[0].clone());
-        }
-        Response { simulated, between: Between::Smooth(differences), carried: false }
+        Response::through(simulated, Between::Smooth)
     }
 
-    pub fn straight(mut simulated: Vec<Node>) -> Response {
-        simulated.sort_by(|a, b| a.0.total_cmp(&b.0));
-        Response { simulated, between: Between::Straight, carried: false }
+    /// The same of another way, step by step.
+    pub fn carried_over(&self, changes: impl Fn(&[Step]) -> Vec<Step>) -> Response {
+        let simulated = self.simulated.iter().map(|(node, own)| (*node, changes(own))).collect();
+        Response { simulated, between: self.between, carried: true }
+    }
+
+    fn through(simulated: Vec<Node>, between: Between) -> Response {
+        let mut response = Response { simulated: Vec::new(), between, carried: false };
+        response.simulated_at(simulated);
+        response
+    }
+
+    /// Goes through these from now on.
+    pub fn simulated_at(&mut self, mut nodes: Vec<Node>) {
+        nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        self.simulated = nodes;
     }
 
     /// Adds the change at coordinate `x`, so many times, to `steps`.
     pub fn add(&self, x: f64, times: f64, steps: &mut [Step]) {
-        let mut add = |factor: f64, changes: &[Step]| add_times(times * factor, changes, steps);
-        match &self.between {
-            Between::Smooth(differences) => {
-                let mut factor = x;
-                for (order, difference) in differences.iter().enumerate() {
-                    if order > 0 {
-                        factor *= x - self.simulated[order - 1].0;
-                    }
-                    add(factor, difference);
-                }
+        match self.between {
+            Between::Smooth => self.add_smooth(x, times, steps),
+            Between::Straight => self.add_straight(x, times, steps),
+        }
+    }
+
+    fn add_smooth(&self, x: f64, times: f64, steps: &mut [Step]) {
+        // Nothing changes at 0, which is a node as well.
+        let zero = self.simulated.partition_point(|(node, _)| *node < 0.0);
+        let node = |index: usize| match index.cmp(&zero) {
+            Ordering::Less => (self.simulated[index].0, Some(&self.simulated[index].1)),
+            Ordering::Equal => (0.0, None),
+            Ordering::Greater => (self.simulated[index - 1].0, Some(&self.simulated[index - 1].1)),
+        };
+        let last = self.simulated.len();
+        let before = (1..last).take_while(|&index| node(index).0 < x).last().unwrap_or(0);
+        // Parabolas through the neighbours of the nodes on both sides of `x`, and how much the second one counts.
+        let (one, other, part) = match (before > 0, before + 1 < last) {
+            (true, true) => {
+                let (low, high) = (node(before).0, node(before + 1).0);
+                (before - 1..before + 2, before..before + 3, (x - low) / (high - low))
             }
-            Between::Straight => {
-                // Nothing changes at 0, which is a node as well.
-                let (mut low, mut high): (Option<&Node>, Option<&Node>) = (None, None);
-                for node in &self.simulated {
-                    if node.0 <= x {
-                        low = Some(node);
-                    } else if high.is_none() {
-                        high = Some(node);
-                    }
-                }
-                match (low.filter(|low| x < 0.0 || low.0 > 0.0), high.filter(|high| x >= 0.0 || high.0 < 0.0)) {
-                    (Some(low), Some(high)) => {
-                        let part = (x - low.0) / (high.0 - low.0);
-                        add(1.0 - part, &low.1);
-                        add(part, &high.1);
-                    }
-                    // Level beyond the last, to 0 before the first.
-                    (Some(last), None) if x > 0.0 => add(1.0, &last.1),
-                    (None, Some(last)) if x < 0.0 => add(1.0, &last.1),
-                    (Some(first), None) | (None, Some(first)) => add(x / first.0, &first.1),
-                    // Where only less was simulated, more does the opposite, and the other way round.
-                    (None, None) => {
-                        if let Some(nearest) = if x >= 0.0 { self.simulated.last() } else { self.simulated.first() } {
-                            add(x / nearest.0, &nearest.1);
-                        }
-                    }
+            (true, false) => (before - 1..before + 2, 0..0, 0.0),
+            (false, true) => (0..3, 0..0, 0.0),
+            (false, false) => (0..2, 0..0, 0.0),
+        };
+        // How much of a curve through `nodes` is one's own [Lagrange].
+        let share = |nodes: &Range<usize>, own: usize| -> f64 {
+            let others = nodes.clone().filter(|&other| other != own).map(|other| node(other).0);
+            let of_own = || others.map(|other| (x - other) / (node(own).0 - other)).product();
+            if nodes.contains(&own) { of_own() } else { 0.0 }
+        };
+        for own in one.start..one.end.max(other.end) {
+            if let (_, Some(change)) = node(own) {
+                add_times(times * ((1.0 - part) * share(&one, own) + part * share(&other, own)), change, steps);
+            }
+        }
+    }
+
+    fn add_straight(&self, x: f64, times: f64, steps: &mut [Step]) {
+        let mut add = |factor: f64, changes: &[Step]| add_times(times * factor, changes, steps);
+        // Nothing changes at 0, which is a node as well.
+        let (mut low, mut high): (Option<&Node>, Option<&Node>) = (None, None);
+        for node in &self.simulated {
+            if node.0 <= x {
+                low = Some(node);
+            } else if high.is_none() {
+                high = Some(node);
+            }
+        }
+        match (low.filter(|low| x < 0.0 || low.0 > 0.0), high.filter(|high| x >= 0.0 || high.0 < 0.0)) {
+            (Some(low), Some(high)) => {
+                let part = (x - low.0) / (high.0 - low.0);
+                add(1.0 - part, &low.1);
+                add(part, &high.1);
+            }
+            // Level beyond the last, to 0 before the first.
+            (Some(last), None) if x > 0.0 => add(1.0, &last.1),
+            (None, Some(last)) if x < 0.0 => add(1.0, &last.1),
+            (Some(first), None) | (None, Some(first)) => add(x / first.0, &first.1),
+            // Where only less was simulated, more does the opposite, and the other way round.
+            (None, None) => {
+                if let Some(nearest) = if x >= 0.0 { self.simulated.last() } else { self.simulated.first() } {
+                    add(x / nearest.0, &nearest.1);
                 }
             }
         }
@@ -197,4 +228,57 @@ pub(super) fn errors_of_response(at: &Coordinates, variants: &[Variant]) -> [f64
         errors[axis.coordinate] = *value;
     }
     errors
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A response of one step through `change` at `nodes`.
+    fn through(change: impl Fn(f64) -> f64, nodes: &[f64]) -> Response {
+        Response::smooth(nodes.iter().map(|&node| (node, vec![[change(node), 0.0, 0.0]])).collect())
+    }
+
+    fn at(response: &Response, x: f64) -> f64 {
+        let mut steps = [[0.0; 3]];
+        response.add(x, 1.0, &mut steps);
+        steps[0][0]
+    }
+
+    #[test]
+    fn it_goes_through_what_was_simulated_and_through_nothing_at_0() {
+        let wild = |x: f64| x * (5.0 * x).cos();
+        for nodes in [&[0.7][..], &[1.0, 2.0], &[1.0, -1.0], &[-1.0, 1.0, 3.1, 2.9], &[-2.0, -3.0, -0.2, 0.1, 4.0]] {
+            let response = through(wild, nodes);
+            for &node in nodes.iter().chain(&[0.0]) {
+                assert!((at(&response, node) - wild(node)).abs() < 1e-12, "{nodes:?} at {node}");
+            }
+        }
+    }
+
+    #[test]
+    fn parabolas_are_returned_everywhere() {
+        let parabola = |x: f64| 0.8 * x - 0.3 * x * x;
+        for nodes in [&[1.0, 2.0][..], &[1.0, -1.0], &[-1.0, 2.5, 1.0, 1.3], &[-1.0, -2.0, 0.3, 1.0]] {
+            let response = through(parabola, nodes);
+            for x in [-4.0, -1.5, -0.4, 0.2, 1.1, 1.9, 5.0] {
+                assert!((at(&response, x) - parabola(x)).abs() < 1e-12, "{nodes:?} at {x}");
+            }
+        }
+    }
+
+    #[test]
+    fn its_slope_has_no_jump_and_a_kink_bends_its_neighbourhood_only() {
+        let kinked = |x: f64| x.min(1.25);
+        let nodes = [-1.0, 1.0, 2.0, 3.0, 4.0];
+        let response = through(kinked, &nodes);
+        let slope = |x: f64, by: f64| (at(&response, x + by) - at(&response, x)) / by;
+        for node in [-1.0, 0.0, 1.0, 2.0, 3.0] {
+            assert!((slope(node, 1e-6) - slope(node, -1e-6)).abs() < 1e-4, "at {node}");
+        }
+        // Lines on either side of the two nodes about the kink and their neighbours.
+        for x in [-2.0, -0.5, 3.5, 5.0] {
+            assert!((at(&response, x) - kinked(x)).abs() < 1e-12, "at {x}");
+        }
+    }
 }
