@@ -1,5 +1,6 @@
 //! Where no known cause takes a misfit away: a formula of the body's twist, beside known causes or alone.
 
+use super::refine::Place;
 use super::search::{self, Ranking};
 use super::variant::Axis;
 use super::{Study, verdict};
@@ -21,14 +22,11 @@ impl Study<'_> {
             return known;
         }
         let Some(mut formula) = self.formula(&known) else { return known };
-        // Terms are simulated as they are found; one under which the robot cannot be driven is none.
-        match self.refine_at(&formula) {
-            Ok(true) => match self.formula(&known) {
-                Some(again) => formula = again,
-                None => return known,
-            },
-            Ok(false) => {}
-            Err(_) => return known,
+        // Terms are simulated as they are found.
+        let places = formula.iter().map(|&(axis, value)| Place { axis, value, std_dev: f64::INFINITY });
+        if self.refine_at(&places.collect::<Vec<_>>()) {
+            let Some(again) = self.formula(&known) else { return known };
+            formula = again;
         }
         let problem = self.problem(self.counts.clone());
         formula.extend(search::doubted(&self.variants));

@@ -304,8 +304,8 @@ impl<'m> Study<'m> {
     }
 
     /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
-    /// Where a search before this one ended, this one looks as well.
-    fn search(&mut self, allowed: &[usize], earlier: Option<&search::Ranking>) -> search::Ranking {
+    /// Where `earlier` answers were best, this search looks as well.
+    fn search(&mut self, allowed: &[usize], earlier: &[search::Hypothesis]) -> search::Ranking {
         let learns = self.options.noise.is_none();
         if learns && self.repeats() {
             self.learn_noise(&[]);
@@ -320,7 +320,7 @@ impl<'m> Study<'m> {
                 ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
             }
         }
-        if let Some(earlier) = earlier {
+        if !earlier.is_empty() {
             ranking.look_again(&self.problem(self.counts.clone()), earlier);
         }
         if learns {
@@ -464,8 +464,8 @@ impl<'m> Study<'m> {
 
     /// Causes by evidence, by what was simulated of each at first.
     fn first_look(&mut self, allowed: &[usize]) -> search::Ranking {
-        let ranking = self.search(allowed, None);
-        if self.reshape(&ranking) { self.search(allowed, None) } else { ranking }
+        let ranking = self.search(allowed, &[]);
+        if self.reshape(&ranking) { self.search(allowed, &[]) } else { ranking }
     }
 
     /// What is said of a ranking, and of the model as `given`.

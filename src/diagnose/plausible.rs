@@ -4,9 +4,10 @@
 //! which what a reader would call implausible is all but forbidden [O'Hagan & Pericchi, *Braz. J. Probab. Stat.* 26 (2012)
 //! 372–401]; both are normal laws of uncertain width, so that one normal law touches them everywhere and is nowhere above:
 //!
-//! - What a calibration finds has the catalogue's normal law, and by a small chance one ten times as wide [Tukey's contaminated
-//!   normal; Box & Tiao, *Biometrika* 55 (1968) 119–129]: a model may state no more than what the makers do. A Husky's tyres
-//!   that were let down differ by twelve times what the catalogue expects of tyres, and a formula is not likelier than that.
+//! - What a calibration finds, and what hangs on the load, has the catalogue's normal law, and by a small chance one ten times as
+//!   wide [Tukey's contaminated normal; Box & Tiao, *Biometrika* 55 (1968) 119–129]: a model may state no more than what the
+//!   makers do, and a load is where someone puts it. A Husky's tyres that were let down differ by twelve times what the
+//!   catalogue expects of tyres, and a formula is not likelier than that.
 //! - Where the centre of rotation goes in a model that was moved far falls off like Student's t: mostly next to nowhere, and
 //!   sometimes, as on hard wheels that roll on their edges, several σ away.
 
@@ -16,7 +17,7 @@ use statrs::function::gamma::ln_gamma;
 
 /// Degrees of freedom of Student's tail.
 const FREEDOM: f64 = 4.0;
-/// Chance that what a calibration finds is larger than the catalogue expects, and how many times as wide its law is then.
+/// Chance that what may be larger than the catalogue expects is, and how many times as wide its law is then.
 const UNUSUAL: f64 = 0.03;
 const WIDER: f64 = 10.0;
 
@@ -90,7 +91,7 @@ impl Plausible {
         let along = |axis: &Axis| variants[axis.variant].coordinates[axis.coordinate];
         let is_centre = |axis: &Axis| variants[axis.variant].part_of_centre(axis.coordinate).is_some();
         let centre: Vec<usize> = (0..axes.len()).filter(|&index| is_centre(&axes[index])).collect();
-        let unusual = (0..axes.len()).filter(|&index| variants[axes[index].variant].is_of_calibration());
+        let unusual = (0..axes.len()).filter(|&index| variants[axes[index].variant].may_be_large());
         let mut tails: Vec<(Tail, Vec<usize>)> = unusual.map(|index| (Tail::Contaminated, vec![index])).collect();
         if !centre.is_empty() {
             tails.push((Tail::Student, centre));

@@ -1,23 +1,38 @@
 //! The stand-in made exact where the leading answers are, and asked again.
 
-use super::search::{Hypothesis, Ranking};
+use super::search::{self, Hypothesis, Ranking};
 use super::surrogate::{Bench, Surrogate};
 use super::variant::{Axis, Variant};
 use super::{DiagnoseError, Study, spots, verdict};
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
-/// Times that they are, where a round moves them.
-const REFINED: usize = 4;
 /// Distance from what was simulated beyond which an answer is simulated where it is \[σ\].
 const NEAR: f64 = 0.15;
 const NEAR_FOR_SPOTS: f64 = 0.1;
+/// The same of large causes at least, however sharp the data are.
+const NEAREST: f64 = 0.02;
+/// Size from which on what a cause does was a guess at first: it is simulated at 1 σ \[σ\].
+const LARGE: f64 = 2.0;
+/// Times that leading answers are simulated on tyres that are in doubt, where that moves them.
+const ON_TYRES: usize = 3;
+/// Halvings between no change and one under which the robot cannot be driven.
+const HALVINGS: usize = 4;
 /// Spots on the floor that are looked into at first.
 const LEADING_SPOTS: usize = 3;
 /// Causes from which on an answer is looked at askance: a spot may do in one what many do together.
 const LONG_LIST: usize = 3;
-/// ln of the evidence that a round of closing in on a spot has to bring for the next.
+/// ln of the evidence that a round has to bring, or to take, for the next.
 const WORTH_A_ROUND: f64 = 1.0;
+
+/// Where an answer is along one axis.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Place {
+    pub axis: Axis,
+    pub value: f64,
+    /// To what σ the data tell it.
+    pub std_dev: f64,
+}
 
 impl Study<'_> {
     /// Causes by evidence, the leading ones simulated where they are best.
@@ -25,20 +40,24 @@ impl Study<'_> {
         let mut ranking = first;
         // The stand-in is made exact where the leading answers are, and asked again.
         for (round, distances) in spots::ROUNDS.into_iter().enumerate() {
-            let before = ranking.best().log_posterior;
             let closer = self.close_in(&ranking, distances)?;
-            let refined = (closer || round < REFINED) && self.refine(&ranking)?;
+            let refined = self.refine(&ranking)?;
             if !closer && !refined {
                 break;
             }
-            ranking = self.search(&self.known_variants(), self.was_moved().then_some(&ranking));
-            if round > 1 && ranking.best().log_posterior < before + WORTH_A_ROUND {
+            let before = ranking;
+            ranking = self.search(&self.known_variants(), &self.worth_another_look(&before));
+            let is_exact = places(ranking.best()).all(|place| self.is_known(place));
+            if round > 1 && is_exact && is_settled(&before, &ranking) {
                 break;
             }
         }
         // What is in doubt of the tyres comes in once the causes have settled: while they are looked for it would serve those that
-        // were simulated with it against all others.
-        if self.refine_on_tyres(&ranking)? {
+        // were simulated with it against all others. With it, they may go elsewhere.
+        for _ in 0..ON_TYRES {
+            if !self.refine_on_tyres(&ranking)? {
+                break;
+            }
             ranking.look_anew(&self.problem(self.counts.clone()));
             if self.options.noise.is_none() {
                 self.weigh_noise(&mut ranking);
@@ -91,19 +110,21 @@ impl Study<'_> {
     /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
     fn refine(&mut self, ranking: &Ranking) -> Result<bool, DiagnoseError> {
         // What a model that was moved far lets a cause do is seen where the cause is, not where it was simulated at first.
-        let alone = ranking.nothing().set.len() + 1;
-        let singles = ranking.hypotheses.iter().filter(|h| self.was_moved() && h.set.len() == alone);
-        let at: Vec<_> =
-            leading(ranking).chain(singles).flat_map(|h| h.fit.at.iter().chain(&h.opposite).copied()).collect();
-        let refined = self.refine_at(&at)?;
+        let moved = singles(ranking).filter(|_| self.was_moved());
+        let wanted = leading(ranking).chain(self.large(ranking)).chain(moved);
+        let refined = self.refine_at(&wanted.flat_map(|h| places(h).chain(opposite(h))).collect::<Vec<_>>());
         let (surrogate, bench) = self.bench();
         Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
     }
 
-    /// Simulates the leading answers on tyres that are other than the model's in what is in doubt of them; whether any was.
+    /// Simulates the leading answers where they are best and on tyres that are other than the model's in what is in doubt of
+    /// them; whether any was.
     fn refine_on_tyres(&mut self, ranking: &Ranking) -> Result<bool, DiagnoseError> {
+        if !self.variants.iter().any(|variant| variant.tyre_part().is_some()) {
+            return Ok(false);
+        }
+        let mut refined = self.refine(ranking)?;
         let (surrogate, bench) = self.bench();
-        let mut refined = false;
         for answer in leading(ranking) {
             refined |= surrogate.couple_with_tyres(bench, &answer.fit.at)?;
         }
@@ -111,28 +132,66 @@ impl Study<'_> {
     }
 
     /// Simulates axes where they are, each once; whether any was far from what is known.
-    pub(super) fn refine_at(&mut self, at: &[(Axis, f64)]) -> Result<bool, DiagnoseError> {
-        let mut wanted: Vec<(Axis, f64)> = Vec::new();
-        // What does much the same on both sides of 0 is told apart only where both are exact.
-        let is_even = |axis| self.surrogate.is_even(axis);
-        for &(axis, value) in at {
-            let variant = &self.variants[axis.variant];
-            let share = if variant.place().is_some() { NEAR_FOR_SPOTS } else { NEAR };
-            let near = share * variant.coordinates[axis.coordinate].std_dev;
-            // What is in doubt moves little against what its effect was simulated at.
-            let known = variant.effect.is_survey()
-                || variant.is_doubted()
-                || self.surrogate.nearest_node(axis, value, &self.variants) <= near;
-            let is_there = |&(other, at): &(Axis, f64)| other == axis && (!is_even(axis) || at * value > 0.0);
-            if !known && !wanted.iter().any(is_there) {
-                wanted.push((axis, value));
+    pub(super) fn refine_at(&mut self, places: &[Place]) -> bool {
+        let mut wanted: Vec<Place> = Vec::new();
+        for place in places {
+            // What does much the same on both sides of 0 is told apart only where both are exact.
+            let is_even = self.surrogate.is_even(place.axis);
+            let is_there = |it: &Place| it.axis == place.axis && (!is_even || it.value * place.value > 0.0);
+            if !self.is_known(*place) && !wanted.iter().any(is_there) {
+                wanted.push(*place);
             }
         }
-        let (surrogate, bench) = self.bench();
-        for &(axis, value) in &wanted {
-            surrogate.refine(bench, axis, value)?;
+        for place in &wanted {
+            self.refine_one(place.axis, place.value);
         }
-        Ok(!wanted.is_empty())
+        !wanted.is_empty()
+    }
+
+    /// Whether an axis was simulated about there, if it has to be: of a large cause, which was simulated here and there only,
+    /// as near as the data tell.
+    fn is_known(&self, Place { axis, value, std_dev }: Place) -> bool {
+        let variant = &self.variants[axis.variant];
+        let plausible = variant.coordinates[axis.coordinate].std_dev;
+        let near = match variant.place() {
+            Some(_) => NEAR_FOR_SPOTS,
+            None if value.abs() > LARGE * plausible => (std_dev / plausible).clamp(NEAREST, NEAR),
+            None => NEAR,
+        };
+        !is_simulated(variant) || self.surrogate.nearest_node(axis, value, &self.variants) <= near * plausible
+    }
+
+    /// Simulates an axis at a value; where the robot cannot be driven there, as far as it can be, which is as far as the axis
+    /// goes from then on.
+    fn refine_one(&mut self, axis: Axis, value: f64) {
+        let (surrogate, bench) = self.bench();
+        if surrogate.refine(bench, axis, value).is_ok() {
+            return;
+        }
+        let (mut drives, mut fails) = (0.0, value);
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (drives + fails);
+            *(if surrogate.refine(bench, axis, middle).is_ok() { &mut drives } else { &mut fails }) = middle;
+        }
+        self.variants[axis.variant].coordinates[axis.coordinate].bounds[usize::from(value > 0.0)] = drives;
+    }
+
+    /// The leading ones of single causes that are so large that what they do was a guess at first. Against a guess, several
+    /// causes that are better known fit better.
+    fn large<'r>(&self, ranking: &'r Ranking) -> impl Iterator<Item = &'r Hypothesis> {
+        let is_large = |&(axis, value): &(Axis, f64)| {
+            let variant = &self.variants[axis.variant];
+            is_simulated(variant) && value.abs() > LARGE * variant.coordinates[axis.coordinate].std_dev
+        };
+        singles(ranking).filter(move |h| h.fit.at.iter().any(is_large)).take(LEADING)
+    }
+
+    /// Answers that a search, which begins near 0, may not come to: where causes are large, and where they may act otherwise
+    /// than the model has them.
+    fn worth_another_look(&self, ranking: &Ranking) -> Vec<Hypothesis> {
+        let leading = ranking.hypotheses.iter().take(search::LEADING).chain(singles(ranking));
+        let moved = leading.chain([ranking.nothing()]).filter(|_| self.was_moved());
+        moved.chain(self.large(ranking)).cloned().collect()
     }
 
     /// The stand-in, and all that it simulates.
@@ -140,6 +199,37 @@ impl Study<'_> {
         let Study { model, cases, clusters, variants, surrogate, .. } = self;
         (surrogate, Bench { model, cases, clusters, variants })
     }
+}
+
+/// Whether a variant is simulated where it is: what is in doubt moves little against what its effect was simulated at.
+fn is_simulated(variant: &Variant) -> bool {
+    !variant.effect.is_survey() && !variant.is_doubted()
+}
+
+/// Whether another round would hardly say anything else: the best is hardly better than the best before, and what leads is
+/// worth what it was.
+fn is_settled(before: &Ranking, now: &Ranking) -> bool {
+    let earlier = |h: &Hypothesis| before.hypotheses.iter().find(|earlier| earlier.set == h.set);
+    let is_moved =
+        |h: &Hypothesis| earlier(h).is_some_and(|it| (it.log_posterior - h.log_posterior).abs() > WORTH_A_ROUND);
+    now.best().log_posterior < before.best().log_posterior + WORTH_A_ROUND && !leading(now).any(is_moved)
+}
+
+/// Where an answer is best.
+fn places(answer: &Hypothesis) -> impl Iterator<Item = Place> {
+    let std_dev = |index| answer.fit.covariance[(index, index)].sqrt();
+    answer.fit.at.iter().enumerate().map(move |(index, &(axis, value))| Place { axis, value, std_dev: std_dev(index) })
+}
+
+/// Where it is best on the other side of 0.
+fn opposite(answer: &Hypothesis) -> impl Iterator<Item = Place> {
+    answer.opposite.iter().map(|&(axis, value)| Place { axis, value, std_dev: f64::INFINITY })
+}
+
+/// Answers of one cause.
+fn singles(ranking: &Ranking) -> impl Iterator<Item = &Hypothesis> {
+    let alone = ranking.nothing().set.len() + 1;
+    ranking.hypotheses.iter().filter(move |h| h.set.len() == alone)
 }
 
 /// Answers that are worth simulating where they are best.

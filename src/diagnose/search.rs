@@ -173,15 +173,10 @@ impl Ranking {
         }
     }
 
-    /// Looks from where the leading answers and the single causes of an earlier search were best, too: what was simulated
-    /// there since may have moved them away from where a search begins.
-    pub fn look_again(&mut self, problem: &Problem<'_>, earlier: &Ranking) {
-        let alone = self.nothing().set.len() + 1;
-        let again = earlier.hypotheses.iter().enumerate().filter(|(rank, h)| *rank < LEADING || h.set.len() <= alone);
-        let again: Vec<&Hypothesis> = again.map(|(_, h)| h).collect();
-        let again: Vec<Hypothesis> =
-            again.into_par_iter().map(|h| Hypothesis::of(problem, &h.set, &h.fit.at)).collect();
-        self.add(again);
+    /// Looks from where answers of an earlier search were best, too: what was simulated there since may have moved them away
+    /// from where a search begins.
+    pub fn look_again(&mut self, problem: &Problem<'_>, earlier: &[Hypothesis]) {
+        self.add(earlier.par_iter().map(|h| Hypothesis::of(problem, &h.set, &h.fit.at)).collect());
         self.look_at_fewer(problem);
     }
 

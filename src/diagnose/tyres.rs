@@ -59,7 +59,7 @@ impl<'m> Study<'m> {
         let mut there = self.under_the_other(Candidates::Few(&few)).ok()?;
         let mut candidates = there.known_variants();
         candidates.extend(track(&there));
-        let first = there.search(&candidates, None);
+        let first = there.search(&candidates, &[]);
         let odds = log_odds(self.weight(own), there.weight(&first));
         if odds < -SLACK {
             return None;

@@ -1,6 +1,6 @@
 //! The candidates: effects as coordinates that a search can move along.
 
-use crate::effect::{Cause, EFFECTS, Effect, NO_CAUSE, Prior};
+use crate::effect::{Cause, EFFECTS, Effect, Family, NO_CAUSE, Prior};
 use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, TwistPart};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
@@ -316,6 +316,11 @@ impl Variant {
     /// Whether it is a cause that a calibration finds.
     pub fn is_of_calibration(&self) -> bool {
         super::CALIBRATED.iter().any(|id| self.names(id))
+    }
+
+    /// Whether it may be much larger than the catalogue expects: a calibration finds it, or it hangs on what the robot carries.
+    pub fn may_be_large(&self) -> bool {
+        self.is_of_calibration() || self.is_cause() && self.effect.family == Family::Mass
     }
 
     /// Whether its coordinates are the two components of a vector.
