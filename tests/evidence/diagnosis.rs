@@ -254,8 +254,8 @@ fn a_load_is_found_on_the_side_that_it_is_on() {
 
 /// A robot that nobody has calibrated may have tyres that differ by ten times what is plausible of tyres, and carry its load
 /// anywhere. A normal law forbids that: under it, half of the tyres' difference and two toed wheels were found in its place. And
-/// what a large load does is no parabola through what a small one does: aft, the robot turns twice as far as it is told from
-/// 5 cm on, and hardly farther; aside, it turns by itself. Another track and a lever arm were found in its place.
+/// what a large load does is no parabola through what a small one does: 1 cm aft the robot turns 1 % farther than without it, 5 cm
+/// aft 37 %, 8 cm aft 45 %; aside, it turns by itself. Another track and a lever arm were found in its place.
 #[test]
 fn causes_that_are_far_larger_than_plausible_are_named() {
     let given = base();
