@@ -143,19 +143,22 @@ impl Way {
 /// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact
 /// while the robot speeds up or slows down steadily.
 pub(super) fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
-    let step = |k: usize| path[k].relative(path[k + 1]);
-    let (here, before) = (step(k), step(k.saturating_sub(1)));
-    let after = step((k + 1).min(path.len() - 2));
-    let between = |before: f64, here: f64, after: f64| {
-        let (first, last) = (0.5 * (before + here), 0.5 * (here + after));
-        let (p, p2, p3) = (part, part * part, part * part * part);
-        here * (3.0 * p2 - 2.0 * p3) + first * (p3 - 2.0 * p2 + p) + last * (p3 - p2)
+    let direction = path[k].heading.sin_cos();
+    let along = |k: usize, (sin, cos): (f64, f64)| {
+        let (from, to) = (path[k], path[k + 1]);
+        let (dx, dy) = (to.x - from.x, to.y - from.y);
+        [cos * dx + sin * dy, cos * dy - sin * dx, to.heading - from.heading]
     };
-    path[k].compose(Pose2::new(
-        between(before.x, here.x, after.x),
-        between(before.y, here.y, after.y),
-        between(before.heading, here.heading, after.heading),
-    ))
+    let step = |k: usize| along(k, path[k].heading.sin_cos());
+    let (here, before) = (along(k, direction), step(k.saturating_sub(1)));
+    let after = step((k + 1).min(path.len() - 2));
+    let (p, p2, p3) = (part, part * part, part * part * part);
+    let [x, y, turn] = each(|c| {
+        let (first, last) = (0.5 * (before[c] + here[c]), 0.5 * (here[c] + after[c]));
+        here[c] * (3.0 * p2 - 2.0 * p3) + first * (p3 - 2.0 * p2 + p) + last * (p3 - p2)
+    });
+    let (sin, cos) = direction;
+    Pose2::new(path[k].x + cos * x - sin * y, path[k].y + sin * x + cos * y, path[k].heading + turn)
 }
 
 /// Ends of the steps, the start first.

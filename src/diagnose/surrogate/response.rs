@@ -32,7 +32,8 @@ pub(super) fn share_of(at: &Coordinates, variant: usize, reference: &[f64]) -> f
 impl Interplay {
     /// How much of it there is at `at` between both of `pair`.
     pub fn share(&self, [one, other]: [usize; 2], at: &Coordinates) -> f64 {
-        share_of(at, one, &self.at[0]) * share_of(at, other, &self.at[1])
+        let of_one = share_of(at, one, &self.at[0]);
+        if of_one == 0.0 { 0.0 } else { of_one * share_of(at, other, &self.at[1]) }
     }
 }
 
@@ -200,21 +201,23 @@ impl Responses {
         variants: &[Variant],
         steps: &mut [Step],
     ) -> bool {
-        let mut moved = false;
-        for (axis, value) in to {
-            let before = from.iter().find(|(known, _)| known == axis).map_or(0.0, |(_, value)| *value);
-            if let Some(response) = self.of_axis.get(axis).filter(|_| before != *value) {
+        let before = |axis: &Axis| from.iter().find(|(known, _)| known == axis).map_or(0.0, |(_, value)| *value);
+        let moved: Vec<(Axis, f64)> = to.iter().copied().filter(|(axis, value)| before(axis) != *value).collect();
+        let mut is_something = false;
+        for (axis, value) in &moved {
+            if let Some(response) = self.of_axis.get(axis) {
                 response.add(way.along(axis, *value, variants), 1.0, steps);
-                response.add(way.along(axis, before, variants), -1.0, steps);
-                moved = true;
+                response.add(way.along(axis, before(axis), variants), -1.0, steps);
+                is_something = true;
             }
         }
-        for (pair, interplay) in &self.of_pair {
+        let is_moved = |variant: &usize| moved.iter().any(|(axis, _)| axis.variant == *variant);
+        for (pair, interplay) in self.of_pair.iter().filter(|(pair, _)| pair.iter().any(is_moved)) {
             let beyond = interplay.share(*pair, to) - interplay.share(*pair, from);
             add_times(beyond, &interplay.change, steps);
-            moved |= beyond != 0.0;
+            is_something |= beyond != 0.0;
         }
-        moved
+        is_something
     }
 }
 
