@@ -74,6 +74,9 @@ const STRANGE: f64 = 2.0;
 /// good to half a per cent.
 const CARRIED: f64 = 200.0;
 
+/// Times that noise is learnt from what causes leave, and causes are looked for under that noise, where nothing repeats.
+const MOST_LEARNINGS: usize = 3;
+
 /// What to look for, and how hard.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -296,6 +299,19 @@ impl<'m> Study<'m> {
         self.noise = noise::learn(self.prior_noise, &spreads, &self.shapes, widths, on_the_way);
     }
 
+    /// Sizes of the noise from what these causes leave at their best, which hangs on the noise.
+    fn learn_noise_of(&mut self, mut at: Vec<(variant::Axis, f64)>) {
+        let axes: Vec<_> = at.iter().map(|(axis, _)| *axis).collect();
+        for _ in 0..MOST_LEARNINGS {
+            let before = self.noise;
+            self.learn_noise(&at);
+            if self.noise == before {
+                break;
+            }
+            at = self.problem(self.counts.clone()).fit(&axes, &at).at;
+        }
+    }
+
     /// Whether enough runs repeat one another to tell noise by.
     fn repeats(&self) -> bool {
         let active: Vec<usize> = self.clusters.iter().map(|cluster| cluster.active(&self.counts).count()).collect();
@@ -314,10 +330,14 @@ impl<'m> Study<'m> {
         let mut ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
         let runs = self.counts.iter().filter(|count| **count > 0.0).count();
         if learns && !self.repeats() && runs > 3 {
-            for _ in 0..3 {
-                let at = ranking.best().fit.at.clone();
-                self.learn_noise(&at);
+            for _ in 0..MOST_LEARNINGS {
+                let best = ranking.best();
+                let (set, at) = (best.set.clone(), best.fit.at.clone());
+                self.learn_noise_of(at);
                 ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
+                if ranking.best().set == set {
+                    break;
+                }
             }
         }
         if !earlier.is_empty() {
