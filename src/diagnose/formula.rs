@@ -1,7 +1,7 @@
 //! Where no known cause takes a misfit away: a formula of the body's twist, beside known causes or alone.
 
 use super::refine::Place;
-use super::search::{self, Ranking};
+use super::search::{self, Hypothesis, Ranking};
 use super::variant::Axis;
 use super::{Study, verdict};
 
@@ -9,6 +9,9 @@ use super::{Study, verdict};
 const MOST_TERMS: usize = 4;
 /// Size that no empirical term may have, in units of what is plausible: a tenth of the speed is no misfit but another robot.
 const LARGEST_TERM: f64 = 10.0;
+/// How much less sharply a cause may be told beside a formula than without it, in σ: a term that does much the same as a known
+/// cause would stand in its place and move it anywhere.
+const BLURRED: f64 = 2.0;
 
 impl Study<'_> {
     /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
@@ -44,10 +47,19 @@ impl Study<'_> {
             let beside = Ranking::search_on(&problem, &best.fit.at, &terms, MOST_TERMS);
             formulas.hypotheses.extend(beside.hypotheses);
         }
-        let large = |&(axis, value): &(Axis, f64)| {
+        let is_large = |&(axis, value): &(Axis, f64)| {
             is_term(axis) && value.abs() > LARGEST_TERM * self.variants[axis.variant].coordinates[0].std_dev
         };
-        formulas.hypotheses.retain(|h| !h.fit.at.iter().any(large));
+        let std_dev = |h: &Hypothesis, axis: Axis| {
+            let index = h.fit.at.iter().position(|(own, _)| *own == axis);
+            index.map(|index| h.fit.covariance[(index, index)].sqrt())
+        };
+        let is_blurred = |h: &Hypothesis, axis: Axis| {
+            let [with, without] = [h, best].map(|h| std_dev(h, axis));
+            self.variants[axis.variant].is_cause() && with > without.map(|it| BLURRED * it)
+        };
+        let blurs = |h: &Hypothesis| best.fit.at.iter().any(|(axis, _)| is_blurred(h, *axis));
+        formulas.hypotheses.retain(|h| !h.fit.at.iter().any(is_large) && !blurs(h));
         formulas.sort();
         let formula = formulas.hypotheses.first()?;
         let terms: Vec<_> = formula.fit.at.iter().filter(|(axis, _)| is_term(*axis)).copied().collect();
