@@ -50,12 +50,8 @@ impl Study<'_> {
         let is_large = |&(axis, value): &(Axis, f64)| {
             is_term(axis) && value.abs() > LARGEST_TERM * self.variants[axis.variant].coordinates[0].std_dev
         };
-        let std_dev = |h: &Hypothesis, axis: Axis| {
-            let index = h.fit.at.iter().position(|(own, _)| *own == axis);
-            index.map(|index| h.fit.covariance[(index, index)].sqrt())
-        };
         let is_blurred = |h: &Hypothesis, axis: Axis| {
-            let [with, without] = [h, best].map(|h| std_dev(h, axis));
+            let [with, without] = [h, best].map(|h| h.fit.std_dev(axis));
             self.variants[axis.variant].is_cause() && with > without.map(|it| BLURRED * it)
         };
         let blurs = |h: &Hypothesis| best.fit.at.iter().any(|(axis, _)| is_blurred(h, *axis));

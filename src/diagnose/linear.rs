@@ -66,6 +66,14 @@ pub(super) struct Fit {
     pub strays: f64,
 }
 
+impl Fit {
+    /// σ along an axis; `None` where it does not move along it.
+    pub fn std_dev(&self, axis: Axis) -> Option<f64> {
+        let index = self.at.iter().position(|(own, _)| *own == axis)?;
+        Some(self.covariance[(index, index)].sqrt())
+    }
+}
+
 /// Whitened sensitivities and residuals of the runs, cluster by cluster.
 pub(super) struct Linearised {
     /// Axes of the columns.

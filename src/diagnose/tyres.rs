@@ -8,7 +8,7 @@
 
 use super::search::{Ranking, axes_of};
 use super::surrogate::Candidates;
-use super::variant::Variant;
+use super::variant::{Axis, Variant};
 use super::verdict::{self, Diagnosis, Finding, Found, Verdict};
 use super::{DiagnoseError, ForwardError, ForwardModel, Runs, Study};
 use crate::effect::Effect;
@@ -161,6 +161,5 @@ fn track_std_dev(study: &Study<'_>, ranking: &Ranking) -> Option<f64> {
     let mut set = best.set.clone();
     set.insert(variant);
     let fit = study.problem(study.counts.clone()).fit(&axes_of(&study.variants, &set), &best.fit.at);
-    let place = fit.at.iter().position(|(axis, _)| axis.variant == variant)?;
-    Some(fit.covariance[(place, place)].sqrt())
+    fit.std_dev(Axis { variant, coordinate: 0 })
 }
