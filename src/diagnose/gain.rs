@@ -2,6 +2,7 @@
 
 use super::case::Condition;
 use super::doubt;
+use super::search::Ranking;
 use super::variant::Axis;
 use super::verdict::convincing;
 use super::{DiagnoseError, ForwardModel, Study, tyres};
@@ -86,6 +87,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     let mut other = study.on_other_tyres.take();
     let noises = [Some(study.noise), other.as_ref().map(|other| other.noise)];
     let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
+    let is_named = !named.is_empty();
     let (folds, words) = if named.is_empty() {
         folds(study)
     } else {
@@ -100,8 +102,13 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         if counts.iter().all(|count| *count == 0.0) {
             continue;
         }
-        let own = answer(study, &counts);
-        let theirs = other.as_mut().map(|other| answer(other, &counts));
+        // A diagnosis has not seen runs that were named: what it says is what they hold to account.
+        let answer = |study: &mut Study<'_>| match study.answer.clone() {
+            Some(answer) if is_named => answer,
+            _ => answer_without(study, &counts),
+        };
+        let own = answer(study);
+        let theirs = other.as_mut().map(|other| answer(other));
         let (answering, at): (&Study<'_>, _) = match (&other, theirs) {
             (Some(other), Some(theirs)) if tyres::log_odds(own.weight, theirs.weight) > 0.0 => (other, theirs.at),
             _ => (study, own.at),
@@ -153,20 +160,28 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
 }
 
 /// What some of the runs say without the others.
-struct Answer {
+#[derive(Debug, Clone)]
+pub(super) struct Answer {
     at: Vec<(Axis, f64)>,
     /// ln of its evidence and prior, in terms that studies of the same runs share.
     weight: f64,
 }
 
+impl Study<'_> {
+    /// What a ranking says.
+    pub(super) fn answer_of(&self, ranking: &Ranking) -> Answer {
+        Answer { at: self.answered(convincing(ranking, &self.variants)), weight: self.weight(ranking) }
+    }
+}
+
 /// The answer of the runs that count.
-fn answer(study: &mut Study<'_>, counts: &[f64]) -> Answer {
+fn answer_without(study: &mut Study<'_>, counts: &[f64]) -> Answer {
     study.counts = counts.to_vec();
     // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
     study.shape(&[]);
     let known = study.first_look(&study.first_variants());
     let explained = study.explained(known);
-    Answer { at: study.answered(convincing(&explained, &study.variants)), weight: study.weight(&explained) }
+    study.answer_of(&explained)
 }
 
 /// Errors of one run's end as predicted before and after; `covariance` is that of its readings' noise.

@@ -44,6 +44,7 @@ use crate::scene::{Doubt, TwistPart};
 use case::{Case, Cluster};
 use doubt::MotionError;
 use forward::Base;
+use gain::Answer;
 use linear::Problem;
 use nalgebra::DVector;
 use noise::Shapes;
@@ -138,6 +139,8 @@ pub struct Study<'m> {
     /// Runs that were named to be held out.
     held_out: Vec<bool>,
     left_out: Vec<String>,
+    /// What the runs that are not held out say, once they were asked.
+    answer: Option<Answer>,
     /// The same runs on other tyres, once the model as given was seen to be far off.
     on_other_tyres: Option<Box<Study<'m>>>,
     /// Responses on other tyres that are known.
@@ -252,6 +255,7 @@ impl<'m> Study<'m> {
             doubts: OnceLock::new(),
             observed,
             left_out,
+            answer: None,
             on_other_tyres: None,
             other_library: None,
         })
@@ -474,7 +478,9 @@ impl<'m> Study<'m> {
         if !matches!(other, Some((.., true))) {
             own = self.refined(own)?;
         }
-        let Some((theirs, other, _)) = other else { return self.judge(self, &own) };
+        self.answer = Some(self.answer_of(&own));
+        let Some((theirs, mut other, _)) = other else { return self.judge(self, &own) };
+        other.answer = Some(other.answer_of(&theirs));
         let log_odds = tyres::log_odds(self.weight(&own), other.weight(&theirs));
         let diagnosis =
             if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(self, &own) };

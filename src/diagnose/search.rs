@@ -54,6 +54,8 @@ pub(super) struct Ranking {
 
 /// How far a hypothesis may lie behind the best one and still be worth going on from.
 const WORTH: f64 = 12.0;
+/// The same of what is looked at beside the best.
+const BESIDE: f64 = 6.0;
 /// How many are gone on from.
 const BEAM: usize = 4;
 /// Sets of several causes that are fitted at each size.
@@ -151,6 +153,7 @@ impl Ranking {
         let mut ranking = Ranking { hypotheses: known.into_values().collect() };
         ranking.sort();
         ranking.look_at_fewer(problem);
+        ranking.look_beside(problem, allowed, most);
         ranking
     }
 
@@ -170,6 +173,37 @@ impl Ranking {
             if self.best().log_posterior <= before {
                 break;
             }
+        }
+    }
+
+    /// What adds one cause at a time comes to the best set only where each step towards it pays: looks at one more, one fewer
+    /// and one in another's place, until none of them is better.
+    fn look_beside(&mut self, problem: &Problem<'_>, allowed: &[usize], most: usize) {
+        loop {
+            let (best, always) = (self.best().clone(), self.nothing().set.clone());
+            let causes = best.set.difference(&always).count();
+            let is_seed = |h: &&Hypothesis| {
+                let is_part = h.set.is_subset(&best.set) && h.set.is_superset(&always);
+                is_part && h.set.len() + 1 >= best.set.len() && (h.set.len() < best.set.len() || causes < most)
+            };
+            let seeds: Vec<&Hypothesis> = self.hypotheses.iter().filter(is_seed).collect();
+            let is_known = |set: &Set| self.hypotheses.iter().any(|h| h.set == *set);
+            let mut wanted: BTreeMap<Set, Promise> = BTreeMap::new();
+            for promise in seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect::<Vec<_>>() {
+                let worth = promise.log_posterior >= best.log_posterior - BESIDE && !is_known(&promise.set);
+                if worth && wanted.get(&promise.set).is_none_or(|other| promise.log_posterior > other.log_posterior) {
+                    wanted.insert(promise.set.clone(), promise);
+                }
+            }
+            let mut wanted: Vec<Promise> = wanted.into_values().collect();
+            wanted.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+            wanted.truncate(PROMISES);
+            let found = wanted.par_iter().map(|promise| Hypothesis::promised(problem, promise)).collect();
+            self.add(found);
+            if self.best().log_posterior <= best.log_posterior {
+                break;
+            }
+            self.look_at_fewer(problem);
         }
     }
 

@@ -266,8 +266,8 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
     })
 }
 
-/// The best answer of which no part could as well be left out. Which wheel or place an effect has does not matter here:
-/// answers of the same effects speak for one another.
+/// The answer of the fewest causes that is hardly less likely than the best, of which no part could as well be left out. Which
+/// wheel or place an effect has does not matter here: answers of the same effects speak for one another.
 pub(super) fn convincing<'r>(ranking: &'r Ranking, variants: &[Variant]) -> &'r Hypothesis {
     let effects = |h: &Hypothesis| -> Vec<&str> {
         let mut ids: Vec<&str> = h.set.iter().map(|&index| variants[index].effect.id).collect();
@@ -280,7 +280,9 @@ pub(super) fn convincing<'r>(ranking: &'r Ranking, variants: &[Variant]) -> &'r 
             ranking.hypotheses.iter().filter(|it| effects(it) == own).map(|it| it.log_posterior).collect();
         log_sum(alike.iter().copied())
     };
-    let mut best = ranking.best();
+    let hardly_less = together(ranking.best()) - CONVINCING;
+    let likely = ranking.hypotheses.iter().filter(|h| together(h) > hardly_less);
+    let mut best = likely.min_by_key(|h| h.set.len()).unwrap_or(ranking.best());
     loop {
         let needed = together(best) - CONVINCING;
         let simpler = ranking
@@ -419,12 +421,15 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
         .collect();
 
     // Answers that put something else in its place and are nearly as likely.
+    let most = best.set.len().max(ranking.best().set.len());
     let rest: Set = best.set.iter().copied().filter(|&other| other != index).collect();
     let mut confounded: Vec<&'static str> = Vec::new();
-    for other in ranking.hypotheses.iter().filter(|h| h.log_posterior > best.log_posterior - REAL) {
-        if other.set.contains(&index) || !rest.is_subset(&other.set) || other.set.len() > best.set.len() {
-            continue;
-        }
+    let is_likely = |h: &&Hypothesis| h.log_posterior > best.log_posterior - REAL;
+    let does_without = |h: &&Hypothesis| !h.set.contains(&index) && rest.is_subset(&h.set) && h.set.len() <= most;
+    let others: Vec<&Hypothesis> = ranking.hypotheses.iter().filter(is_likely).filter(does_without).collect();
+    // What is no less likely without a part of it says nothing for that part.
+    let is_whole = |h: &&&Hypothesis| !others.iter().any(|it| it.set.len() < h.set.len() && it.set.is_subset(&h.set));
+    for other in others.iter().filter(is_whole) {
         for id in other.set.difference(&rest).map(|&swapped| variants[swapped].effect.id) {
             if id != variant.effect.id && !confounded.contains(&id) {
                 confounded.push(id);
