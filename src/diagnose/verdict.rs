@@ -428,7 +428,8 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
     let does_without = |h: &&Hypothesis| !h.set.contains(&index) && rest.is_subset(&h.set) && h.set.len() <= most;
     let others: Vec<&Hypothesis> = ranking.hypotheses.iter().filter(is_likely).filter(does_without).collect();
     // What is no less likely without a part of it says nothing for that part.
-    let is_whole = |h: &&&Hypothesis| !others.iter().any(|it| it.set.len() < h.set.len() && it.set.is_subset(&h.set));
+    let is_part = |it: &Hypothesis, of: &Hypothesis| it.set.len() < of.set.len() && it.set.is_subset(&of.set);
+    let is_whole = |h: &&&Hypothesis| !others.iter().any(|it| it.set != rest && is_part(it, h));
     for other in others.iter().filter(is_whole) {
         for id in other.set.difference(&rest).map(|&swapped| variants[swapped].effect.id) {
             if id != variant.effect.id && !confounded.contains(&id) {
@@ -635,4 +636,35 @@ fn parameter_names(variant: &Variant) -> Vec<&'static str> {
         })
         .map(|(_, parameter)| parameter.name)
         .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::linear::Fit;
+    use super::*;
+    use crate::scene::Scene;
+
+    #[test]
+    fn of_answers_that_are_alike_likely_the_one_of_fewest_causes_stands() {
+        let variants = Variant::all(&Scene::load("jnpf_4wd", "lab_floor").expect("shipped"));
+        let of = |ids: &[&str], log_posterior: f64| {
+            let place = |id: &&str| variants.iter().position(|variant| variant.names(id)).expect("it applies");
+            let covariance = DMatrix::zeros(0, 0);
+            let fit = Fit { at: Vec::new(), covariance, log_evidence: 0.0, chi2: 0.0, left: 0.0, strays: 0.0 };
+            Hypothesis { set: ids.iter().map(place).collect(), fit, log_posterior, opposite: Vec::new() }
+        };
+        let two = ["floor_slope", "stop_overrun"];
+        let stands = |of_one: f64, of_nothing: f64| {
+            let others = [of(&["gear_backlash"], of_one), of(&[], of_nothing), of(&["survey_scale"], -9.0)];
+            let mut ranking = Ranking { hypotheses: others.into_iter().chain([of(&two, 0.0)]).collect() };
+            ranking.sort();
+            convincing(&ranking, &variants).set.clone()
+        };
+        let set = |ids: &[&str]| of(ids, 0.0).set;
+        // Nearly as likely as the best; clearly less; and what then could as well be left out.
+        assert_eq!(stands(-0.9 * CONVINCING, -8.0), set(&["gear_backlash"]));
+        assert_eq!(stands(-1.1 * CONVINCING, -8.0), set(&two));
+        assert_eq!(stands(-0.9 * CONVINCING, -1.8 * CONVINCING), set(&[]));
+        assert_eq!(stands(-8.0, -0.9 * CONVINCING), set(&[]));
+    }
 }

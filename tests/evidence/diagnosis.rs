@@ -2,7 +2,7 @@
 
 use std::sync::atomic::AtomicBool;
 use treadmark::dataset::{Dataset, Protocol};
-use treadmark::diagnose::{DiagnoseError, Finding, Options, Study, Verdict};
+use treadmark::diagnose::{DiagnoseError, Diagnosis, Finding, Options, Study, Verdict};
 use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, score};
 use treadmark::scene::{Contact, Doubt, Scene, Tether};
@@ -388,9 +388,10 @@ fn an_extension_is_worth_what_it_says_and_suffices() {
     assert_eq!(study.diagnose().expect("it can be diagnosed").verdict, Verdict::Explained);
 }
 
-/// Runs that are held out are no part of the answer: not what they measured, and not where or how they were driven.
+/// Runs that are held out are no part of the answer: not what they measured, and not where or how they were driven. What it is
+/// worth is how far the extended model's ends are from theirs.
 #[test]
-fn runs_held_out_do_not_change_the_answer() {
+fn runs_held_out_do_not_change_the_answer_and_judge_it() {
     let of = |seed, campaign| {
         let (data, effects) = (DataKind::EndPoints, EffectsKind::One);
         let challenge = Challenge { seed, data, effects, campaign, mismatch: false };
@@ -401,13 +402,28 @@ fn runs_held_out_do_not_change_the_answer() {
     assert!(!more.runs.is_empty());
     let base = base();
     let simulator = Simulator::new(&base, &GO_ON);
-    let ranking = |hold_out: &[Dataset]| -> Vec<(Vec<String>, u64)> {
+    let diagnosed = |hold_out: &[Dataset]| {
         let squares = std::slice::from_ref(&squares);
         let mut study = Study::new(squares, hold_out, &simulator, Options::default(), None, &|_, _| {}).expect("data");
-        let ranking = study.diagnose().expect("it can be diagnosed").ranking;
-        ranking.into_iter().map(|it| (it.effects, it.log_evidence.to_bits())).collect()
+        let diagnosis = study.diagnose().expect("it can be diagnosed");
+        (diagnosis, study.gain().expect("it can be simulated").expect("it has two shapes"))
     };
-    assert_eq!(ranking(&[]), ranking(&[more]));
+    let ranking = |diagnosis: &Diagnosis| -> Vec<(Vec<String>, u64)> {
+        diagnosis.ranking.iter().map(|it| (it.effects.clone(), it.log_evidence.to_bits())).collect()
+    };
+    let ((alone, _), (with, gain)) = (diagnosed(&[]), diagnosed(&[more]));
+    assert_eq!(ranking(&alone), ranking(&with));
+    let squares: Vec<f64> = with
+        .runs
+        .iter()
+        .filter(|run| run.held_out)
+        .map(|run| {
+            let (measured, after) = (run.measured.last().expect("an end"), run.after.last().expect("an end"));
+            (measured.x - after.x).powi(2) + (measured.y - after.y).powi(2)
+        })
+        .collect();
+    let rms = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+    assert!((gain.position_after - rms).abs() < 1e-9, "{} is not {rms}", gain.position_after);
 }
 
 /// Thin data: one run, no repeats, blank headings. An answer, or that nothing can be told; never a panic.
