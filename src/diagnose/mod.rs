@@ -519,22 +519,19 @@ impl<'m> Study<'m> {
         (0..self.first_variants).filter(|&index| self.variants[index].is_cause()).collect()
     }
 
-    /// The protocol that separates the best answer from the next best, where both stand.
+    /// The protocol that separates the answer from the likeliest other, where both stand.
     fn next_experiment(
         &self,
         ranking: &search::Ranking,
         diagnosis: &Diagnosis,
     ) -> Result<Option<NextExperiment>, DiagnoseError> {
-        let best = ranking.best();
+        let best = verdict::convincing(ranking, &self.variants);
         let ids = |h: &search::Hypothesis| -> Vec<&'static str> {
             h.set.iter().map(|&index| self.variants[index].effect.id).collect()
         };
         let ambiguous = diagnosis.verdict == Verdict::Ambiguous;
-        let rival = ranking
-            .hypotheses
-            .iter()
-            .skip(1)
-            .find(|h| ids(h) != ids(best) && (!ambiguous || h.set != ranking.nothing().set));
+        let rival =
+            ranking.hypotheses.iter().find(|h| ids(h) != ids(best) && (!ambiguous || h.set != ranking.nothing().set));
         let Some(rival) = rival.filter(|_| ambiguous) else { return Ok(None) };
         let name = |h: &search::Hypothesis| {
             let causes = h.set.iter().filter(|&&index| self.variants[index].is_cause());

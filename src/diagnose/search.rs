@@ -120,17 +120,10 @@ impl Ranking {
             // What one more cause promises, by a linear look from each seed.
             let promises: Vec<Promise> = seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
             let best_so_far = known.values().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
-            // The best promise of each set; each cause alone is always looked at.
-            let mut wanted: BTreeMap<Set, Promise> = BTreeMap::new();
-            for promise in promises {
-                let worth =
-                    (size == 1 || promise.log_posterior >= best_so_far - WORTH) && !known.contains_key(&promise.set);
-                if worth && wanted.get(&promise.set).is_none_or(|other| promise.log_posterior > other.log_posterior) {
-                    wanted.insert(promise.set.clone(), promise);
-                }
-            }
-            let mut wanted: Vec<Promise> = wanted.into_values().collect();
-            wanted.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+            // Each cause alone is always looked at.
+            let mut wanted = best_of_each(promises, |promise| {
+                (size == 1 || promise.log_posterior >= best_so_far - WORTH) && !known.contains_key(&promise.set)
+            });
             if size > 1 {
                 // A bad seed promises much: what the best one promises is looked at in any case.
                 let best = seeds[0].set.clone();
@@ -187,16 +180,11 @@ impl Ranking {
                 is_part && h.set.len() + 1 >= best.set.len() && (h.set.len() < best.set.len() || causes < most)
             };
             let seeds: Vec<&Hypothesis> = self.hypotheses.iter().filter(is_seed).collect();
+            let promises: Vec<Promise> = seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
             let is_known = |set: &Set| self.hypotheses.iter().any(|h| h.set == *set);
-            let mut wanted: BTreeMap<Set, Promise> = BTreeMap::new();
-            for promise in seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect::<Vec<_>>() {
-                let worth = promise.log_posterior >= best.log_posterior - BESIDE && !is_known(&promise.set);
-                if worth && wanted.get(&promise.set).is_none_or(|other| promise.log_posterior > other.log_posterior) {
-                    wanted.insert(promise.set.clone(), promise);
-                }
-            }
-            let mut wanted: Vec<Promise> = wanted.into_values().collect();
-            wanted.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+            let mut wanted = best_of_each(promises, |promise| {
+                promise.log_posterior >= best.log_posterior - BESIDE && !is_known(&promise.set)
+            });
             wanted.truncate(PROMISES);
             let found = wanted.par_iter().map(|promise| Hypothesis::promised(problem, promise)).collect();
             self.add(found);
@@ -264,6 +252,19 @@ struct Promise {
     set: Set,
     /// Where to begin its fit: on each side of 0, where what is new in it does much the same on both.
     starts: Vec<Vec<(Axis, f64)>>,
+}
+
+/// The best promise of each set among those that are `worth` it, best first.
+fn best_of_each(promises: Vec<Promise>, worth: impl Fn(&Promise) -> bool) -> Vec<Promise> {
+    let mut of_set: BTreeMap<Set, Promise> = BTreeMap::new();
+    for promise in promises.into_iter().filter(worth) {
+        if of_set.get(&promise.set).is_none_or(|other| promise.log_posterior > other.log_posterior) {
+            of_set.insert(promise.set.clone(), promise);
+        }
+    }
+    let mut best: Vec<Promise> = of_set.into_values().collect();
+    best.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+    best
 }
 
 /// What `seed` and one more variant each promise, by a linear look from the seed's best coordinates. Of spots on the floor,
