@@ -88,11 +88,8 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     let noises = [Some(study.noise), other.as_ref().map(|other| other.noise)];
     let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
     let is_named = !named.is_empty();
-    let (folds, words) = if named.is_empty() {
-        folds(study)
-    } else {
-        (vec![named], "the runs that were named to be held out".to_owned())
-    };
+    let (folds, words) =
+        if is_named { (vec![named], "the runs that were named to be held out".to_owned()) } else { folds(study) };
     let motion = study.model.scene().robot.doubt.motion;
     let mut errors = Vec::new();
     let mut likelihoods = [0.0; doubt::SHARES.len()];

@@ -174,10 +174,9 @@ impl Ranking {
     fn look_beside(&mut self, problem: &Problem<'_>, allowed: &[usize], most: usize) {
         loop {
             let (best, always) = (self.best().clone(), self.nothing().set.clone());
-            let causes = best.set.difference(&always).count();
             let is_seed = |h: &&Hypothesis| {
                 let is_part = h.set.is_subset(&best.set) && h.set.is_superset(&always);
-                is_part && h.set.len() + 1 >= best.set.len() && (h.set.len() < best.set.len() || causes < most)
+                is_part && h.set.len() + 1 >= best.set.len() && h.set.len() < always.len() + most
             };
             let seeds: Vec<&Hypothesis> = self.hypotheses.iter().filter(is_seed).collect();
             let promises: Vec<Promise> = seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();

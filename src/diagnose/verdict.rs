@@ -11,6 +11,7 @@ use crate::geometry::Pose2;
 use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+use std::collections::BTreeMap;
 
 /// What a diagnosis says.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -274,12 +275,11 @@ pub(super) fn convincing<'r>(ranking: &'r Ranking, variants: &[Variant]) -> &'r 
         ids.sort_unstable();
         ids
     };
-    let together = |h: &Hypothesis| {
-        let own = effects(h);
-        let alike: Vec<f64> =
-            ranking.hypotheses.iter().filter(|it| effects(it) == own).map(|it| it.log_posterior).collect();
-        log_sum(alike.iter().copied())
-    };
+    let mut alike: BTreeMap<Vec<&str>, Vec<f64>> = BTreeMap::new();
+    for h in &ranking.hypotheses {
+        alike.entry(effects(h)).or_default().push(h.log_posterior);
+    }
+    let together = |h: &Hypothesis| log_sum(alike[&effects(h)].iter().copied());
     let hardly_less = together(ranking.best()) - CONVINCING;
     let likely = ranking.hypotheses.iter().filter(|h| together(h) > hardly_less);
     let mut best = likely.min_by_key(|h| h.set.len()).unwrap_or(ranking.best());
