@@ -267,9 +267,15 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
     })
 }
 
-/// The answer of the fewest causes that is hardly less likely than the best, of which no part could as well be left out. Which
-/// wheel or place an effect has does not matter here: answers of the same effects speak for one another.
+/// The answer of the fewest causes that is hardly less likely than the best, of which no part could as well be left out; none,
+/// where that is a real alternative to all the others. Which wheel or place an effect has does not matter here: answers of the
+/// same effects speak for one another.
 pub(super) fn convincing<'r>(ranking: &'r Ranking, variants: &[Variant]) -> &'r Hypothesis {
+    let nothing = ranking.nothing();
+    let others = ranking.hypotheses.iter().filter(|h| h.set != nothing.set);
+    if log_sum(others.map(|h| h.log_posterior)) < nothing.log_posterior + REAL {
+        return nothing;
+    }
     let effects = |h: &Hypothesis| -> Vec<&str> {
         let mut ids: Vec<&str> = h.set.iter().map(|&index| variants[index].effect.id).collect();
         ids.sort_unstable();
