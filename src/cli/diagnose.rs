@@ -13,6 +13,7 @@ use anyhow::Context;
 use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
+use std::time::Duration;
 
 /// Arguments of `treadmark diagnose`.
 #[derive(Args)]
@@ -70,11 +71,14 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 
     let simulator = Simulator::new(&given, stop_on_ctrl_c());
-    let style = ProgressStyle::with_template("{bar:40.cyan/blue} {pos}/{len} simulations  {elapsed_precise}");
+    let style = ProgressStyle::with_template("{bar:40.cyan/blue} {pos}/{len} simulations  {elapsed_precise}  {msg}");
     let bar = ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    // A search through many causes can take longer than what was simulated for it: the clock goes on.
+    bar.enable_steady_tick(Duration::from_secs(1));
     let progress = |done: usize, of: usize| {
         bar.set_length(of as u64);
         bar.set_position(done as u64);
+        bar.set_message(if done < of { "what each cause would do" } else { "which causes these data ask for" });
     };
     let options = Options {
         most_causes: usize::from(arguments.most_causes),

@@ -667,10 +667,11 @@ mod tests {
             convincing(&ranking, &variants).set.clone()
         };
         let set = |ids: &[&str]| of(ids, 0.0).set;
-        // Nearly as likely as the best; clearly less; and what then could as well be left out.
+        // Nearly as likely as the best, and clearly less.
         assert_eq!(stands(-0.9 * CONVINCING, -8.0), set(&["gear_backlash"]));
         assert_eq!(stands(-1.1 * CONVINCING, -8.0), set(&two));
-        assert_eq!(stands(-0.9 * CONVINCING, -1.8 * CONVINCING), set(&[]));
-        assert_eq!(stands(-8.0, -0.9 * CONVINCING), set(&[]));
+        // Nothing at all stands until it is no real alternative.
+        assert_eq!(stands(-8.0, -0.9 * REAL), set(&[]));
+        assert_eq!(stands(-8.0, -1.1 * REAL), set(&two));
     }
 }
