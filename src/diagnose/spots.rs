@@ -26,10 +26,11 @@ pub(super) fn places(scene: &Scene, cases: &[Case], clusters: &[Cluster], ways: 
     if scene.floor.plane.is_none() {
         return places;
     }
+    // A spot on the straight of one run may lie where another turns.
+    let shows = |place| clusters.iter().any(|cluster| touches(scene, &ways[cluster.reference], place));
     for cluster in clusters {
-        let way = &ways[cluster.reference];
-        for place in nominal(&cases[cluster.reference], way.start, SPACING) {
-            if places.iter().all(|known| distance(*known, place) > 0.5 * SPACING) && touches(scene, way, place) {
+        for place in nominal(&cases[cluster.reference], ways[cluster.reference].start, SPACING) {
+            if places.iter().all(|known| distance(*known, place) > 0.5 * SPACING) && shows(place) {
                 places.push(place);
             }
         }

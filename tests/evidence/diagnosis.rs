@@ -274,6 +274,26 @@ fn causes_that_are_far_larger_than_plausible_are_named() {
     }
 }
 
+/// On the straight of a 4 m square a slippery spot is not felt, but 2 m squares turn beside it. A search that looks only where a
+/// run that feels it goes itself puts it on the corner's other leg. End points tell its place as well as by the wheels' arm:
+/// a spot farther by that is met by no wheel, or by all of them.
+#[test]
+fn a_spot_on_the_straight_of_one_run_is_found_where_another_turns() {
+    const PLACE: [f64; 2] = [2.35, 0.0];
+    const ARM: f64 = 0.25;
+    let given = base();
+    let spot = Effect::named("floor_grip_patch").expect("known");
+    let world = Cause { values: vec![PLACE[0], PLACE[1], 0.3, 0.4], ..spot.nothing() }.edit(&given);
+    let dataset = squares(&world, &given, DataKind::EndPoints, 47);
+    let simulator = Simulator::new(&given, &GO_ON);
+    let mut study = Study::new(&[dataset], &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
+    let found = study.diagnose().expect("it can be diagnosed");
+    let names: Vec<&str> = found.findings.iter().map(|finding| finding.effect).collect();
+    assert_eq!(names, [spot.id], "{:#?}", found.ranking);
+    let off: Vec<f64> = found.findings[0].parameters.iter().zip(PLACE).map(|(at, place)| at.value - place).collect();
+    assert!(off[0].hypot(off[1]) < ARM, "{:#?}", found.findings);
+}
+
 /// A slope is resisted by friction, and no campaign on a level floor shows how much there is: a model that was fitted to one, and
 /// says so, gives the slope as widely as that leaves it open. On a floor with 1.2 times the model's friction (1.2 σ of what is
 /// in doubt), that covers the slope to 3 σ; a model that is sure of its tyres does not.
