@@ -659,19 +659,22 @@ mod tests {
             let fit = Fit { at: Vec::new(), covariance, log_evidence: 0.0, chi2: 0.0, left: 0.0, strays: 0.0 };
             Hypothesis { set: ids.iter().map(place).collect(), fit, log_posterior, opposite: Vec::new() }
         };
-        let two = ["floor_slope", "stop_overrun"];
-        let stands = |of_one: f64, of_nothing: f64| {
-            let others = [of(&["gear_backlash"], of_one), of(&[], of_nothing), of(&["survey_scale"], -9.0)];
-            let mut ranking = Ranking { hypotheses: others.into_iter().chain([of(&two, 0.0)]).collect() };
+        let stands = |answers: &[(&[&str], f64)]| {
+            let mut ranking = Ranking { hypotheses: answers.iter().map(|(ids, at)| of(ids, *at)).collect() };
             ranking.sort();
             convincing(&ranking, &variants).set.clone()
         };
         let set = |ids: &[&str]| of(ids, 0.0).set;
+        let (one, two): (&[&str], &[&str]) = (&["gear_backlash"], &["floor_slope", "stop_overrun"]);
+        let three: &[&str] = &["floor_slope", "stop_overrun", "survey_scale"];
         // Nearly as likely as the best, and clearly less.
-        assert_eq!(stands(-0.9 * CONVINCING, -8.0), set(&["gear_backlash"]));
-        assert_eq!(stands(-1.1 * CONVINCING, -8.0), set(&two));
+        assert_eq!(stands(&[(two, 0.0), (one, -0.9 * CONVINCING), (&[], -8.0)]), set(one));
+        assert_eq!(stands(&[(two, 0.0), (one, -1.1 * CONVINCING), (&[], -8.0)]), set(two));
+        // What then could as well be left out, be it clearly less likely than the best.
+        let fewer = [(three, 0.0), (two, -0.9 * CONVINCING), (&two[..1], -1.8 * CONVINCING), (&[], -8.0)];
+        assert_eq!(stands(&fewer), set(&two[..1]));
         // Nothing at all stands until it is no real alternative.
-        assert_eq!(stands(-8.0, -0.9 * REAL), set(&[]));
-        assert_eq!(stands(-8.0, -1.1 * REAL), set(&two));
+        assert_eq!(stands(&[(two, 0.0), (one, -8.0), (&[], -0.9 * REAL)]), set(&[]));
+        assert_eq!(stands(&[(two, 0.0), (one, -8.0), (&[], -1.1 * REAL)]), set(two));
     }
 }
