@@ -50,7 +50,7 @@ fn certify(arguments: &Arguments, robot: &str) -> anyhow::Result<Outcome> {
         eprintln!("note: {note}");
     }
     let folder = arguments.out.as_deref().map(|path| output::folder(Some(path), "certify")).transpose()?;
-    let progress = progress_bar(0);
+    let progress = progress_bar(0, "runs");
     let tell = telling(&progress);
     let certificate = certify::certify(&scene, &tell)?;
     let sweeps = folder.as_ref().map(|_| certify::sweeps(&scene, &tell));
@@ -73,7 +73,7 @@ fn certify(arguments: &Arguments, robot: &str) -> anyhow::Result<Outcome> {
 }
 
 fn literature() -> anyhow::Result<Outcome> {
-    let progress = progress_bar(0);
+    let progress = progress_bar(0, "runs");
     let rows = certify::literature(&telling(&progress))?;
     progress.finish_and_clear();
     print!("{}", report::literature(&rows));

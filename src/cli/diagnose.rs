@@ -2,7 +2,7 @@
 
 use super::options::{positive, set_threads};
 use super::output;
-use super::watch::stop_on_ctrl_c;
+use super::watch::{progress_bar, stop_on_ctrl_c};
 use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
 use crate::effect::{Cause, ExtendedModel, load_scene};
@@ -11,7 +11,6 @@ use crate::report::{diagnosis, json::DiagnosisJson, page};
 use crate::scene::{Doubt, ROBOTS, WORLDS};
 use anyhow::Context;
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -71,8 +70,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
 
     let simulator = Simulator::new(&given, stop_on_ctrl_c());
-    let style = ProgressStyle::with_template("{bar:40.cyan/blue} {pos}/{len} simulations  {elapsed_precise}  {msg}");
-    let bar = ProgressBar::new(0).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()));
+    let bar = progress_bar(0, "simulations");
     // A search through many causes can take longer than what was simulated for it: the clock goes on.
     bar.enable_steady_tick(Duration::from_secs(1));
     let progress = |done: usize, of: usize| {

@@ -39,7 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let recorder = Recorder::create(arguments.scene.no_recording, &folder, &scene, &plan)?;
     let record = |run: StageRun<'_>| recorder.observer(run);
-    let watcher = Watcher { progress: progress_bar(plan.run_count()), folder: &folder, record: &record };
+    let watcher = Watcher { progress: progress_bar(plan.run_count(), "runs"), folder: &folder, record: &record };
     let result = experiment::squares(&scene, &plan, &watcher, stop);
     watcher.progress.finish_and_clear();
     let result = result?;

@@ -68,7 +68,7 @@ fn sweep(arguments: &Arguments, plan: &Path, out: &Path) -> anyhow::Result<()> {
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
     let stop = stop_on_ctrl_c();
     let began = Instant::now();
-    let bar = progress_bar(shard.points(sweep.plan().len()).count()).with_message("");
+    let bar = progress_bar(shard.points(sweep.plan().len()).count(), "runs").with_message("");
     let logged = (!std::io::stderr().is_terminal()).then(|| Mutex::new(began));
     let watch = |progress: &Progress| {
         bar.set_position((progress.before + progress.since) as u64);

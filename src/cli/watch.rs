@@ -26,10 +26,11 @@ pub(super) fn stop_on_ctrl_c() -> &'static AtomicBool {
     &STOP
 }
 
-/// A bar over `runs` runs, on stderr; nothing where stderr is no terminal.
-pub(super) fn progress_bar(runs: usize) -> ProgressBar {
-    let style = ProgressStyle::with_template("{bar:40.cyan/blue} {pos}/{len} runs  {msg}  {elapsed_precise}");
-    ProgressBar::new(runs as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
+/// A bar over so many `things`, as runs, on stderr; nothing where stderr is no terminal.
+pub(super) fn progress_bar(count: usize, things: &str) -> ProgressBar {
+    let template = format!("{{bar:40.cyan/blue}} {{pos}}/{{len}} {things}  {{msg}}  {{elapsed_precise}}");
+    let style = ProgressStyle::with_template(&template);
+    ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Watches an experiment for a progress bar and, where there is one, a recording.
