@@ -10,6 +10,7 @@ use super::linear::{PARTS, flatten};
 use super::residue::Memory;
 use super::surrogate::Surrogate;
 use super::way::{ARM, Step, Way, compose};
+use crate::scene::Survey;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// Shares that are tried \[–\].
@@ -38,11 +39,10 @@ impl MotionError {
 }
 
 /// Change of a run's readings by each kind of error, in each part of its way and in all of it, for a share of 1.
-pub(super) fn columns(surrogate: &Surrogate, case: &Case, way: &Way) -> DMatrix<f64> {
+pub(super) fn columns(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> DMatrix<f64> {
     // Small against everything that bends the way.
     const SMALL: f64 = 1e-4;
-    let read =
-        |steps: &[Step]| flatten(case, &surrogate.readings(case, way, &compose(way.start, steps), &surrogate.survey));
+    let read = |steps: &[Step]| flatten(case, &surrogate.readings(case, way, &compose(way.start, steps), survey));
     let here = read(&way.steps);
     let count = way.steps.len();
     let mut columns = Vec::new();

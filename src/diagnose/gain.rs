@@ -127,7 +127,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     for (study, noise) in std::iter::once(&mut *study).chain(other.as_deref_mut()).zip(noises.into_iter().flatten()) {
         study.counts.clone_from(&everyone);
         study.noise = noise;
-        study.shape(&[]);
+        study.shape(Vec::new());
     }
     study.on_other_tyres = other;
     if errors.is_empty() {
@@ -175,7 +175,7 @@ impl Study<'_> {
 fn answer_without(study: &mut Study<'_>, counts: &[f64]) -> Answer {
     study.counts = counts.to_vec();
     // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
-    study.shape(&[]);
+    study.shape(Vec::new());
     let known = study.first_look(&study.first_variants());
     let explained = study.explained(known);
     study.answer_of(&explained)

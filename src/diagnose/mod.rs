@@ -54,6 +54,7 @@ use std::sync::OnceLock;
 use surrogate::{Candidates, Surrogate};
 use tyres::OtherLaw;
 use variant::{TyrePart, Variant};
+use way::Way;
 
 /// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
 const PLAUSIBLE_TERM: f64 = 0.01;
@@ -130,6 +131,8 @@ pub struct Study<'m> {
     shapes: Vec<Shapes>,
     /// What an error of the model's own motion does to each cluster's readings, once it was asked for.
     doubts: OnceLock<Vec<MotionError>>,
+    /// The hypothesis on whose ways these two are.
+    shaped_at: Vec<(variant::Axis, f64)>,
     /// What is stated or usual of the noise, and what was learnt.
     prior_noise: NoiseModel,
     noise: NoiseModel,
@@ -253,6 +256,7 @@ impl<'m> Study<'m> {
             surrogate,
             shapes,
             doubts: OnceLock::new(),
+            shaped_at: Vec::new(),
             observed,
             left_out,
             answer: None,
@@ -353,25 +357,33 @@ impl<'m> Study<'m> {
         ranking
     }
 
-    /// Takes the shapes of the noise anew on the ways of the best answer; whether that may matter: a way that is turned is
-    /// strayed from in other directions.
+    /// Takes the shapes of the noise, and of the model's errors, anew on the ways of the best answer; whether that may matter:
+    /// a way that is turned is strayed from in other directions, and a reading that was stamped late is of another place.
     fn reshape(&mut self, ranking: &search::Ranking) -> bool {
         const TURNED: f64 = 0.03;
+        const LATE: f64 = 0.03;
         let at = &ranking.best().fit.at;
         let end = |cluster: usize, at: &[(variant::Axis, f64)]| {
             let path = self.surrogate.path(cluster, self.clusters[cluster].reference, at, &self.variants);
             path[path.len() - 1].heading
         };
         let turned = (0..self.campaign).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
-        if turned {
-            self.shape(at.clone().as_slice());
+        let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
+        let late = |stamp: f64| (survey.time_of(stamp) - self.surrogate.survey.time_of(stamp)).abs() > LATE;
+        let references = self.clusters[..self.campaign].iter().map(|cluster| &self.cases[cluster.reference]);
+        let shifted = references.flat_map(|case| &case.readings).filter_map(|reading| reading.stamp).any(late);
+        if turned || shifted {
+            self.shape(at.clone());
         }
-        turned
+        turned || shifted
     }
 
-    fn shape(&mut self, at: &[(variant::Axis, f64)]) {
+    /// Takes the shapes of the noise, and of the model's errors, on the ways under `at`.
+    fn shape(&mut self, at: Vec<(variant::Axis, f64)>) {
         let scene = self.model.scene();
-        self.shapes = linear::shapes(scene, &self.cases, &self.clusters, &self.variants, &self.surrogate, at);
+        self.shapes = linear::shapes(scene, &self.cases, &self.clusters, &self.variants, &self.surrogate, &at);
+        self.doubts = OnceLock::new();
+        self.shaped_at = at;
     }
 
     /// Averages the evidence of the leading answers over what the scatter may be: a handful of repeated runs tell its size to
@@ -450,18 +462,22 @@ impl<'m> Study<'m> {
 
     /// What an error of the model's own motion does to each cluster's readings.
     fn doubts(&self) -> &[MotionError] {
-        let of = |cluster: &Cluster| {
-            let (case, way) = (&self.cases[cluster.reference], &self.surrogate.ways[cluster.reference]);
+        let at = &self.shaped_at;
+        let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
+        let of = |(index, cluster): (usize, &Cluster)| {
+            let reference = cluster.reference;
+            let (case, given) = (&self.cases[reference], &self.surrogate.ways[reference]);
+            let way = Way { steps: self.surrogate.steps(index, reference, at, &self.variants), ..given.clone() };
             let condition = self.conditions[cluster.condition].label();
             match residue::of_last(self.model.scene(), case, &condition) {
-                None => MotionError { columns: doubt::columns(&self.surrogate, case, way), memory: None },
+                None => MotionError { columns: doubt::columns(&self.surrogate, case, &way, &survey), memory: None },
                 Some(residue) => MotionError {
-                    columns: residue::columns(self, case, way),
-                    memory: Some(Memory::of(self, residue, case, way)),
+                    columns: residue::columns(self, case, &way, at),
+                    memory: Some(Memory::of(self, residue, case, given)),
                 },
             }
         };
-        self.doubts.get_or_init(|| self.clusters.par_iter().map(of).collect())
+        self.doubts.get_or_init(|| self.clusters.par_iter().enumerate().map(of).collect())
     }
 
     /// Which causes, if any.

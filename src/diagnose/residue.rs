@@ -9,7 +9,7 @@ use super::case::{Case, Cluster, Reading, near};
 use super::doubt;
 use super::forward::{ForwardError, ForwardModel};
 use super::linear::{self, flatten};
-use super::variant::{Axis, edited};
+use super::variant::{Axis, Coordinates, edited};
 use super::way::{Way, compose};
 use crate::dataset::Protocol;
 use crate::geometry::Pose2;
@@ -47,23 +47,29 @@ pub(super) fn of_last<'s>(scene: &'s Scene, case: &Case, condition: &str) -> Opt
 }
 
 /// What errors of the motion do to a run's readings, and errors of the survey: each as large as is plausible of it where the
-/// motion is wrong by `WIDE`.
-pub(super) fn columns(study: &Study<'_>, case: &Case, way: &Way) -> DMatrix<f64> {
+/// motion is wrong by `WIDE`. `way` is the run's under `at`.
+pub(super) fn columns(study: &Study<'_>, case: &Case, way: &Way, at: &Coordinates) -> DMatrix<f64> {
     // Of what is plausible: small against what turns a way.
     const SMALL: f64 = 0.1;
-    let motion = doubt::columns(&study.surrogate, case, way);
+    let survey_of = |at: &Coordinates| study.surrogate.survey_of(study.model.scene(), at, &study.variants);
+    let motion = doubt::columns(&study.surrogate, case, way, &survey_of(at));
     let path = compose(way.start, &way.steps);
-    let read = |at: &[(Axis, f64)]| {
-        let survey = study.surrogate.survey_of(study.model.scene(), at, &study.variants);
-        flatten(case, &study.surrogate.readings(case, way, &path, &survey))
+    let read = |at: &Coordinates| flatten(case, &study.surrogate.readings(case, way, &path, &survey_of(at)));
+    let beyond = |axis: Axis, more: f64| {
+        let mut moved = at.to_vec();
+        match moved.iter_mut().find(|(known, _)| *known == axis) {
+            Some((_, value)) => *value += more,
+            None => moved.push((axis, more)),
+        }
+        moved
     };
-    let here = read(&[]);
+    let here = read(at);
     let surveyed = study.variants.iter().enumerate().filter(|(_, it)| it.is_cause() && it.effect.is_survey());
     let surveyed = surveyed.flat_map(|(variant, it)| {
         it.coordinates.iter().enumerate().map(move |(coordinate, along)| (Axis { variant, coordinate }, along.std_dev))
     });
     let mut all: Vec<DVector<f64>> = motion.column_iter().map(|column| column.into_owned()).collect();
-    all.extend(surveyed.map(|(axis, std_dev)| (read(&[(axis, SMALL * std_dev)]) - &here) / (SMALL * WIDE)));
+    all.extend(surveyed.map(|(axis, std_dev)| (read(&beyond(axis, SMALL * std_dev)) - &here) / (SMALL * WIDE)));
     DMatrix::from_columns(&all)
 }
 
@@ -87,7 +93,7 @@ impl Memory {
         };
         let path = compose(way.start, &way.steps);
         let factor = linear::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
-        let mut columns = columns(study, &read, way);
+        let mut columns = columns(study, &read, way, &[]);
         doubt::whiten(&factor, &mut columns);
         let left: Vec<Pose2> = (0..residue.x.len())
             .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))

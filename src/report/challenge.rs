@@ -172,8 +172,9 @@ pub fn text(score: &Score) -> String {
 pub fn line(scored: &Scored) -> String {
     let off = scored.intervals.iter().filter(|interval| !interval.covers());
     let off: Vec<String> = off.map(|it| format!("; {}.{} off by {:+.1} σ", it.effect, it.parameter, it.off)).collect();
+    let gain = scored.gain.map(|[found, of_oracle]| format!("; gain {found:.2} (oracle {of_oracle:.2})"));
     format!(
-        "{:>5} {}: hidden {}; δ {:.1}; oracle {}; answer {}{}; {:.1} s",
+        "{:>5} {}: hidden {}; δ {:.1}; oracle {}; answer {}{}{}; {:.1} s",
         scored.seed,
         words(scored.tally),
         if scored.truth.is_empty() { "nothing".to_owned() } else { scored.truth.join(" & ") },
@@ -181,6 +182,7 @@ pub fn line(scored: &Scored) -> String {
         if scored.oracle_set.is_empty() { "–".to_owned() } else { scored.oracle_set.join(", ") },
         scored.answer,
         off.concat(),
+        gain.unwrap_or_default(),
         scored.seconds
     )
 }

@@ -107,11 +107,7 @@ fn a_model_in_doubt_blames_nothing_for_so_little() {
     let verdict = |doubt: Doubt| {
         let mut scene = given.clone();
         scene.robot.doubt = doubt;
-        let simulator = Simulator::new(&scene, &GO_ON);
-        let mut study =
-            Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &|_, _| {})
-                .expect("it is data");
-        study.diagnose().expect("it can be diagnosed").verdict
+        diagnosed(&scene, &dataset).verdict
     };
     // On closed squares a track and a scale are hardly told apart; one of them it is.
     assert!(matches!(verdict(Doubt::default()), Verdict::Named | Verdict::Ambiguous));
@@ -123,29 +119,61 @@ fn a_model_in_doubt_blames_nothing_for_so_little() {
 /// campaign has nothing new, and a floor that was tilted since is named alone.
 #[test]
 fn the_next_campaign_is_held_against_what_the_last_one_left() {
-    let given = base();
-    let mut world = given.clone();
-    world.tether = Some(Tether { anchor: [-2.0, 3.0, 1.0], pull: 8.0 });
-    let tilted = Cause { values: vec![0.008, 1.0], ..Effect::named("floor_slope").expect("known").nothing() };
-    let campaign = |world: &Scene, seed: u64| squares(world, &given, DataKind::EndPoints, seed);
-    let diagnose = |scene: &Scene, dataset: &Dataset| {
-        let simulator = Simulator::new(scene, &GO_ON);
-        let mut study =
-            Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
-                .expect("it is data");
-        study.diagnose().expect("it can be diagnosed")
-    };
-    let last = diagnose(&given, &campaign(&world, 31));
-    assert_ne!(last.verdict, Verdict::Explained, "{:#?}", last.ranking);
-    let mut known = Cause::edit_all(&last.causes, &given);
-    known.empirical.extend(&last.empirical);
-    known.robot.residues = last.residues;
-    let next = diagnose(&known, &campaign(&world, 32));
+    let tethered = Tethered::new(|world, seed| squares(world, &base(), DataKind::EndPoints, seed));
+    let next = tethered.next(&tethered.world);
     assert_eq!(next.verdict, Verdict::Explained, "{:#?}", next.ranking);
-    let tilted = diagnose(&known, &campaign(&tilted.edit(&world), 33));
-    assert_eq!(tilted.verdict, Verdict::Named, "{:#?}", tilted.ranking);
-    let effects: Vec<&str> = tilted.findings.iter().map(|finding| finding.effect).collect();
-    assert_eq!(effects, ["floor_slope"], "{:#?}", tilted.ranking);
+    let floor = Cause { values: vec![0.008, 1.0], ..Effect::named("floor_slope").expect("known").nothing() };
+    let tilted = tethered.next(&floor.edit(&tethered.world));
+    assert_eq!(names(&tilted), ["floor_slope"], "{:#?}", tilted.ranking);
+}
+
+/// What was left belongs to places: poses that are stamped late since then are held against what was left where the robot was,
+/// and nothing but the clocks is named.
+#[test]
+fn clocks_that_disagree_move_where_the_last_campaign_is_remembered() {
+    let tethered = Tethered::new(|world, seed| small(squares(world, &base(), DataKind::Logs, seed)));
+    let clocks = Cause { values: vec![0.2, 0.0, 0.0], ..Effect::named("survey_time_offset").expect("known").nothing() };
+    let late = tethered.next(&clocks.edit(&tethered.world));
+    assert_eq!(names(&late), ["survey_time_offset"], "{:#?}", late.ranking);
+}
+
+/// Effects that are named, each alone.
+fn names(diagnosis: &Diagnosis) -> Vec<&'static str> {
+    assert_eq!(diagnosis.verdict, Verdict::Named, "{:#?}", diagnosis.ranking);
+    diagnosis.findings.iter().map(|finding| finding.effect).collect()
+}
+
+/// A robot on a tether, which is in no catalogue, and a model that was extended on a campaign of it.
+struct Tethered {
+    world: Scene,
+    model: Scene,
+    campaign: fn(&Scene, u64) -> Dataset,
+}
+
+impl Tethered {
+    fn new(campaign: fn(&Scene, u64) -> Dataset) -> Tethered {
+        let mut world = base();
+        world.tether = Some(Tether { anchor: [-2.0, 3.0, 1.0], pull: 8.0 });
+        let last = diagnosed(&base(), &campaign(&world, 31));
+        assert_ne!(last.verdict, Verdict::Explained, "{:#?}", last.ranking);
+        let mut model = Cause::edit_all(&last.causes, &base());
+        model.empirical.extend(&last.empirical);
+        model.robot.residues = last.residues;
+        Tethered { world, model, campaign }
+    }
+
+    /// What the model says of another campaign, in this world.
+    fn next(&self, world: &Scene) -> Diagnosis {
+        diagnosed(&self.model, &(self.campaign)(world, 32))
+    }
+}
+
+/// What a model says of a dataset.
+fn diagnosed(model: &Scene, dataset: &Dataset) -> Diagnosis {
+    let simulator = Simulator::new(model, &GO_ON);
+    let mut study = Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
+        .expect("it is data");
+    study.diagnose().expect("it can be diagnosed")
 }
 
 /// A cause with one number.
@@ -190,11 +218,7 @@ impl Moved {
     fn findings(&self, dataset: &Dataset, doubt: Doubt) -> Vec<Finding> {
         let mut model = self.model.clone();
         model.robot.doubt = doubt;
-        let simulator = Simulator::new(&model, &GO_ON);
-        let mut study =
-            Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
-                .expect("it is data");
-        study.diagnose().expect("it can be diagnosed").findings
+        diagnosed(&model, dataset).findings
     }
 }
 
@@ -483,13 +507,7 @@ fn a_diagnosis_does_not_depend_on_threads() {
     let dataset = draw(EffectsKind::One, 8);
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
-        pool.install(|| {
-            let simulator = Simulator::new(&given, &GO_ON);
-            let mut study =
-                Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &|_, _| {})
-                    .expect("it is data");
-            format!("{:?}", study.diagnose().expect("it can be diagnosed"))
-        })
+        pool.install(|| format!("{:?}", diagnosed(&given, &dataset)))
     };
     assert_eq!(on(1), on(2));
 }
