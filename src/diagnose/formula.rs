@@ -1,6 +1,6 @@
 //! Where no known cause takes a misfit away: a formula of the body's twist, beside known causes or alone.
 
-use super::refine::Place;
+use super::refine::{LONG_LIST, Place};
 use super::search::{self, Hypothesis, Ranking};
 use super::variant::Axis;
 use super::{Study, verdict};
@@ -17,11 +17,13 @@ impl Study<'_> {
     /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
     /// the terms of that formula.
     pub(super) fn explained(&mut self, known: Ranking) -> Ranking {
-        let left = known.best().fit.chi2;
+        let best = known.best();
         let readings: f64 =
             self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
-        // A misfit below what noise alone makes has no room for a formula.
-        if left < readings {
+        // A misfit below what noise alone makes has no room for a formula, unless many causes took it there: one term may do what
+        // they do together.
+        let causes = best.set.iter().filter(|&&index| self.variants[index].is_cause()).count();
+        if best.fit.chi2 < readings && causes < LONG_LIST {
             return known;
         }
         let Some(mut formula) = self.formula(&known) else { return known };

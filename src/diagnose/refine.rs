@@ -20,8 +20,8 @@ const ON_TYRES: usize = 3;
 const HALVINGS: usize = 4;
 /// Spots on the floor that are looked into at first.
 const LEADING_SPOTS: usize = 3;
-/// Causes from which on an answer is looked at askance: a spot may do in one what many do together.
-const LONG_LIST: usize = 3;
+/// Causes from which on an answer is looked at askance: a spot, or one term of a formula, may do what many do together.
+pub(super) const LONG_LIST: usize = 3;
 /// ln of the evidence that a round has to bring, or to take, for the next.
 const WORTH_A_ROUND: f64 = 1.0;
 

@@ -5,7 +5,7 @@ use treadmark::dataset::{Dataset, Protocol};
 use treadmark::diagnose::{DiagnoseError, Diagnosis, Finding, Options, Study, Verdict};
 use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, score};
-use treadmark::scene::{Contact, Doubt, Scene, Tether};
+use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Tether, TwistPart};
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 
@@ -79,6 +79,20 @@ fn what_is_in_no_catalogue_is_not_explained() {
     let result = of(outside, 500..504);
     assert_eq!(result.count(Tally::Wrong) + result.count(Tally::Missed), 0, "{:#?}", result.draws);
     assert!(result.count(Tally::Unexplained) > 0, "{:#?}", result.draws);
+}
+
+/// A floor that carries the robot sideways as it turns: several causes of the catalogue mimic it together to within the noise,
+/// and are no answer where one term of a formula does.
+#[test]
+fn a_list_of_causes_is_no_answer_where_one_term_does() {
+    let carried = EmpiricalTerm { part: TwistPart::Left, feature: Feature::AbsYawRate, coefficient: -0.0056 };
+    let mut world = base();
+    world.empirical.push(carried);
+    let found = diagnosed(&base(), &squares(&world, &base(), DataKind::Logs, 3022));
+    assert_eq!(found.verdict, Verdict::Unexplained, "{:#?}", found.ranking);
+    let [term] = found.empirical[..] else { panic!("{:?}", found.empirical) };
+    assert_eq!((term.part, term.feature), (carried.part, carried.feature));
+    assert!((term.coefficient / carried.coefficient - 1.0).abs() < 0.1, "{term}");
 }
 
 /// In a world of other tyres, be they rigid cylinders, the model is extended on a clean campaign and says how far it is in
