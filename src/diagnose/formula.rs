@@ -26,21 +26,25 @@ impl Study<'_> {
         if best.fit.chi2 < readings && causes < LONG_LIST {
             return known;
         }
-        let Some(mut formula) = self.formula(&known) else { return known };
+        let Some(mut formula) = self.formula(&known).map(|it| self.terms_of(&it)) else { return known };
         // Terms are simulated as they are found.
         let places = formula.iter().map(|&(axis, value)| Place { axis, value, std_dev: f64::INFINITY });
         if self.refine_at(&places.collect::<Vec<_>>()) {
             let Some(again) = self.formula(&known) else { return known };
-            formula = again;
+            formula = self.terms_of(&again);
         }
         let problem = self.problem(self.counts.clone());
         formula.extend(search::doubted(&self.variants));
         Ranking::search_on(&problem, &formula, &self.known_variants(), self.options.most_causes)
     }
 
-    /// The terms of the formula that serves best, alone or beside the best known causes, where it is clearly better than they.
-    fn formula(&self, known: &Ranking) -> Option<Vec<(Axis, f64)>> {
-        let is_term = |axis: Axis| self.variants[axis.variant].is_term();
+    /// The terms of a formula, without the causes beside it.
+    fn terms_of(&self, formula: &Hypothesis) -> Vec<(Axis, f64)> {
+        formula.fit.at.iter().filter(|(axis, _)| self.variants[axis.variant].is_term()).copied().collect()
+    }
+
+    /// The formula that serves best, alone or beside the best known causes, where it is clearly better than they.
+    pub(super) fn formula(&self, known: &Ranking) -> Option<Hypothesis> {
         let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].is_term()).collect();
         let problem = self.problem(self.counts.clone());
         let best = known.best();
@@ -50,7 +54,8 @@ impl Study<'_> {
             formulas.hypotheses.extend(beside.hypotheses);
         }
         let is_large = |&(axis, value): &(Axis, f64)| {
-            is_term(axis) && value.abs() > LARGEST_TERM * self.variants[axis.variant].coordinates[0].std_dev
+            self.variants[axis.variant].is_term()
+                && value.abs() > LARGEST_TERM * self.variants[axis.variant].coordinates[0].std_dev
         };
         let is_blurred = |h: &Hypothesis, axis: Axis| {
             let [with, without] = [h, best].map(|h| h.fit.std_dev(axis));
@@ -59,8 +64,8 @@ impl Study<'_> {
         let blurs = |h: &Hypothesis| best.fit.at.iter().any(|(axis, _)| is_blurred(h, *axis));
         formulas.hypotheses.retain(|h| !h.fit.at.iter().any(is_large) && !blurs(h));
         formulas.sort();
-        let formula = formulas.hypotheses.first()?;
-        let terms: Vec<_> = formula.fit.at.iter().filter(|(axis, _)| is_term(*axis)).copied().collect();
-        (!terms.is_empty() && formula.log_posterior > best.log_posterior + verdict::REAL).then_some(terms)
+        let formula = formulas.hypotheses.into_iter().next()?;
+        let serves = formula.log_posterior > best.log_posterior + verdict::REAL;
+        (serves && !self.terms_of(&formula).is_empty()).then_some(formula)
     }
 }

@@ -167,7 +167,7 @@ pub(super) struct Answer {
 impl Study<'_> {
     /// What a ranking says.
     pub(super) fn answer_of(&self, ranking: &Ranking) -> Answer {
-        Answer { at: self.answered(convincing(ranking, &self.variants)), weight: self.weight(ranking) }
+        Answer { at: self.answered(convincing(ranking, &self.variants)), weight: self.weight(ranking.best()) }
     }
 }
 

@@ -497,7 +497,7 @@ impl<'m> Study<'m> {
         self.answer = Some(self.answer_of(&own));
         let Some((theirs, mut other, _)) = other else { return self.judge(self, &own) };
         other.answer = Some(other.answer_of(&theirs));
-        let log_odds = tyres::log_odds(self.weight(&own), other.weight(&theirs));
+        let log_odds = tyres::log_odds(self.weight(own.best()), other.weight(theirs.best()));
         let diagnosis =
             if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(self, &own) };
         self.on_other_tyres = Some(other);

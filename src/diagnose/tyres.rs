@@ -6,7 +6,7 @@
 //! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. What
 //! goes by a name of the catalogue then is the class `effective_track`.
 
-use super::search::{Ranking, axes_of};
+use super::search::{Hypothesis, Ranking, axes_of};
 use super::surrogate::Candidates;
 use super::variant::{Axis, Variant};
 use super::verdict::{self, Diagnosis, Finding, Found, Verdict};
@@ -36,13 +36,14 @@ pub struct OtherTyres {
 /// The same runs under the other law.
 pub(super) struct OtherLaw<'m> {
     pub study: Box<Study<'m>>,
-    /// Whether the causes that serve here serve so much better there that what they leave here is not worth a closer look.
+    /// Whether the causes that serve here serve so much better there, also than a formula does here, that what they leave here
+    /// is not worth a closer look.
     pub is_sure: bool,
 }
 
 impl<'m> Study<'m> {
     /// The same runs under the other law, where the best answer moves the model by more than responses may err or leaves much,
-    /// and its causes, with any track, do not do clearly worse there.
+    /// its causes, with any track, do not do clearly worse there, and a formula that leaves nothing not clearly better here.
     pub(super) fn other_law(&self, own: &Ranking) -> Option<OtherLaw<'m>> {
         let best = own.best();
         let is_far = || {
@@ -60,9 +61,17 @@ impl<'m> Study<'m> {
         let mut candidates = there.known_variants();
         candidates.extend(track(&there));
         let first = there.search(&candidates, &[]);
-        let odds = log_odds(self.weight(own), there.weight(&first));
+        let theirs = there.weight(first.best());
+        let mut odds = log_odds(self.weight(best), theirs);
         if odds < -SLACK {
             return None;
+        }
+        // What no known cause takes away here may be none of the tyres' either.
+        if let Some(formula) = self.formula(own) {
+            odds = log_odds(self.weight(&formula), theirs);
+            if odds < -SLACK && !verdict::leaves_much(self, &formula) {
+                return None;
+            }
         }
         let known = self.other_library.and_then(|known| self.under_the_other(Candidates::All(Some(known))).ok());
         let known = known.filter(|study| study.may_carry());
@@ -87,9 +96,9 @@ impl<'m> Study<'m> {
         self.model.scene().contact
     }
 
-    /// ln of the evidence of the best answer with its prior, in terms that studies of the same runs share.
-    pub(super) fn weight(&self, ranking: &Ranking) -> f64 {
-        ranking.best().log_posterior - self.problem(self.counts.clone()).log_det_of_noise()
+    /// ln of the evidence of an answer with its prior, in terms that studies of the same runs share.
+    pub(super) fn weight(&self, answer: &Hypothesis) -> f64 {
+        answer.log_posterior - self.problem(self.counts.clone()).log_det_of_noise()
     }
 }
 
