@@ -17,15 +17,6 @@ impl Study<'_> {
     /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
     /// the terms of that formula.
     pub(super) fn explained(&mut self, known: Ranking) -> Ranking {
-        let best = known.best();
-        let readings: f64 =
-            self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
-        // A misfit below what noise alone makes has no room for a formula, unless many causes took it there: one term may do what
-        // they do together.
-        let causes = best.set.iter().filter(|&&index| self.variants[index].is_cause()).count();
-        if best.fit.chi2 < readings && causes < LONG_LIST {
-            return known;
-        }
         let Some(mut formula) = self.formula(&known).map(|it| self.terms_of(&it)) else { return known };
         // Terms are simulated as they are found.
         let places = formula.iter().map(|&(axis, value)| Place { axis, value, std_dev: f64::INFINITY });
@@ -43,13 +34,21 @@ impl Study<'_> {
         formula.fit.at.iter().filter(|(axis, _)| self.variants[axis.variant].is_term()).copied().collect()
     }
 
-    /// The formula that serves best, alone or beside the best known causes, where it is clearly better than they.
+    /// The formula that serves best, alone or beside the best known causes, where it is clearly better than they. A misfit below
+    /// what noise alone makes has no room for one, unless many causes took it there: one term may do what they do together.
     pub(super) fn formula(&self, known: &Ranking) -> Option<Hypothesis> {
+        let best = known.best();
+        let readings: f64 =
+            self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
+        let leaves_room = best.fit.chi2 >= readings;
+        let causes = best.set.iter().filter(|&&index| self.variants[index].is_cause()).count();
+        if !leaves_room && causes < LONG_LIST {
+            return None;
+        }
         let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].is_term()).collect();
         let problem = self.problem(self.counts.clone());
-        let best = known.best();
-        let mut formulas = Ranking::search(&problem, &terms, MOST_TERMS);
-        if !best.set.is_empty() {
+        let mut formulas = Ranking::search(&problem, &terms, if leaves_room { MOST_TERMS } else { 1 });
+        if leaves_room && !best.set.is_empty() {
             let beside = Ranking::search_on(&problem, &best.fit.at, &terms, MOST_TERMS);
             formulas.hypotheses.extend(beside.hypotheses);
         }
