@@ -115,3 +115,29 @@ fn the_driver_never_sees_a_pose() {
         assert!(!driver.contains(forbidden), "the driver names {forbidden}");
     }
 }
+
+/// What the README says is shown by a test is, by one that there is: as `cargo test` finds it by a part of its name.
+#[test]
+fn the_readme_names_tests_that_there_are() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let mut tests = Vec::new();
+    for entry in std::fs::read_dir(root.join("tests/evidence")).expect("it can be read") {
+        let path = entry.expect("it can be read").path();
+        let module = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        let text = std::fs::read_to_string(&path).expect("a source file can be read");
+        for (attribute, function) in text.lines().zip(text.lines().skip(1)) {
+            let name = function.trim().strip_prefix("fn ").and_then(|rest| rest.split('(').next());
+            tests.extend(name.filter(|_| attribute.trim() == "#[test]").map(|name| format!("{module}::{name}")));
+        }
+    }
+    let readme = std::fs::read_to_string(root.join("README.md")).expect("it can be read");
+    let evidence = readme.split("\n## What the evidence is").nth(1).expect("it says so");
+    let evidence = evidence.split("\n## ").next().expect("a first part");
+    let spans = evidence.split('`').skip(1).step_by(2).map(|span| span.trim_matches(['…', '*']));
+    let is_name = |span: &&str| span.chars().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || "_:".contains(c));
+    let named: Vec<&str> = spans.filter(is_name).collect();
+    assert!(named.len() > 20, "only {named:?} were found: the test reads the wrong place");
+    for name in named {
+        assert!(tests.iter().any(|test| test.contains(name)), "there is no test `{name}`");
+    }
+}
