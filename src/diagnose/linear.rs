@@ -10,7 +10,7 @@ use super::doubt::{self, MotionError};
 use super::noise::Shapes;
 use super::plausible::Plausible;
 use super::surrogate::Surrogate;
-use super::variant::{Axis, Coordinates, Variant};
+use super::variant::{Axis, Coordinates, Variant, moved_along};
 use super::way::{Step, Way, compose};
 use crate::geometry::Pose2;
 use crate::scene::{Scene, Survey};
@@ -136,20 +136,16 @@ impl Problem<'_> {
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
         let shift = |&axis: &Axis| {
             let mut step = self.step(axis);
-            let mut moved = at.to_vec();
-            match moved.iter_mut().find(|(known, _)| *known == axis) {
-                Some((_, value)) => *value += step,
-                None => {
-                    // What does little until it does much is looked at where it does.
-                    let coordinate = self.variants[axis.variant].coordinates[axis.coordinate];
-                    if self.variants[axis.variant].place().is_some() {
-                        step = coordinate.mean - coordinate.std_dev;
-                    } else if self.surrogate.is_even(axis) {
-                        step = side * coordinate.std_dev;
-                    }
-                    moved.push((axis, step));
+            if at.iter().all(|(known, _)| *known != axis) {
+                // What does little until it does much is looked at where it does.
+                let coordinate = self.variants[axis.variant].coordinates[axis.coordinate];
+                if self.variants[axis.variant].place().is_some() {
+                    step = coordinate.mean - coordinate.std_dev;
+                } else if self.surrogate.is_even(axis) {
+                    step = side * coordinate.std_dev;
                 }
             }
+            let moved = moved_along(at, axis, step);
             let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);
             (moved, survey, step)
         };

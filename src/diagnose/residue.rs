@@ -9,7 +9,7 @@ use super::case::{Case, Cluster, Reading, near};
 use super::doubt;
 use super::forward::{ForwardError, ForwardModel};
 use super::linear::{self, flatten};
-use super::variant::{Axis, Coordinates, edited};
+use super::variant::{Axis, Coordinates, edited, moved_along};
 use super::way::{Way, compose};
 use crate::dataset::Protocol;
 use crate::geometry::Pose2;
@@ -55,21 +55,15 @@ pub(super) fn columns(study: &Study<'_>, case: &Case, way: &Way, at: &Coordinate
     let motion = doubt::columns(&study.surrogate, case, way, &survey_of(at));
     let path = compose(way.start, &way.steps);
     let read = |at: &Coordinates| flatten(case, &study.surrogate.readings(case, way, &path, &survey_of(at)));
-    let beyond = |axis: Axis, more: f64| {
-        let mut moved = at.to_vec();
-        match moved.iter_mut().find(|(known, _)| *known == axis) {
-            Some((_, value)) => *value += more,
-            None => moved.push((axis, more)),
-        }
-        moved
-    };
     let here = read(at);
     let surveyed = study.variants.iter().enumerate().filter(|(_, it)| it.is_cause() && it.effect.is_survey());
     let surveyed = surveyed.flat_map(|(variant, it)| {
         it.coordinates.iter().enumerate().map(move |(coordinate, along)| (Axis { variant, coordinate }, along.std_dev))
     });
     let mut all: Vec<DVector<f64>> = motion.column_iter().map(|column| column.into_owned()).collect();
-    all.extend(surveyed.map(|(axis, std_dev)| (read(&beyond(axis, SMALL * std_dev)) - &here) / (SMALL * WIDE)));
+    all.extend(
+        surveyed.map(|(axis, std_dev)| (read(&moved_along(at, axis, SMALL * std_dev)) - &here) / (SMALL * WIDE)),
+    );
     DMatrix::from_columns(&all)
 }
 

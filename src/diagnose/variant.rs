@@ -343,6 +343,16 @@ impl Variant {
 /// Coordinates of a hypothesis: a value for each axis that it moves along.
 pub(super) type Coordinates = [(Axis, f64)];
 
+/// A hypothesis moved `by` so much along an axis, be it a new one.
+pub(super) fn moved_along(at: &Coordinates, axis: Axis, by: f64) -> Vec<(Axis, f64)> {
+    let mut moved = at.to_vec();
+    match moved.iter_mut().find(|(known, _)| *known == axis) {
+        Some((_, value)) => *value += by,
+        None => moved.push((axis, by)),
+    }
+    moved
+}
+
 /// The causes at a hypothesis' coordinates, in the order of their variants.
 pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<Cause> {
     let mut of_variant: BTreeMap<usize, Vec<f64>> = BTreeMap::new();
