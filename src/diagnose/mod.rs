@@ -8,15 +8,18 @@
 //! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`, `plausible`).
 //! 5. The leading ones are simulated again where they are best, until that changes nothing (`refine`).
 //! 6. Where much is left, a formula may take it away (`formula`), or the robot is on other tyres (`tyres`).
-//! 7. What stands is named, with what cannot be told from it (`verdict`), and what it is worth is measured on runs that it did
-//!    not see (`gain`).
+//! 7. What stands is named, with what cannot be told from it (`verdict`) and what could not have shown (`blind`), and what it is
+//!    worth is measured on runs that it did not see (`gain`).
 
+mod blind;
 mod case;
+mod diagnosis;
 mod doubt;
 mod formula;
 mod forward;
 mod gain;
 mod linear;
+mod misfit;
 mod next;
 mod noise;
 mod plausible;
@@ -31,13 +34,15 @@ mod verdict;
 mod way;
 
 pub use crate::scene::NoiseModel;
+pub use blind::Blind;
 pub use case::Condition;
+pub use diagnosis::{Diagnosis, Finding, Found, Ranked, Verdict};
 pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
+pub use misfit::{Misfit, MisfitCondition, RunReadings};
 pub use next::NextExperiment;
 pub use surrogate::Library;
 pub use tyres::OtherTyres;
-pub use verdict::{Blind, Diagnosis, Finding, Found, Misfit, MisfitCondition, Ranked, RunReadings, Verdict};
 
 use crate::dataset::Dataset;
 use crate::scene::{Doubt, TwistPart};
@@ -575,13 +580,13 @@ impl<'m> Study<'m> {
 
     /// What these data could not show.
     pub fn blind(&self) -> Vec<Blind> {
-        verdict::blind(self)
+        blind::blind(self)
     }
 
     /// Pairs of effects whose responses these data cannot keep apart, with the angle between the whitened responses \[rad\]:
     /// the smallest principal angle of their spans [Björck & Golub 1973, *Math. Comp.* 27].
     pub fn alike(&self) -> Vec<(String, String, f64)> {
-        verdict::alike(self)
+        blind::alike(self)
     }
 
     /// Whether the misfit is so weak that responses which were simulated on other runs of the kind are exact enough.

@@ -9,8 +9,7 @@
 use super::search::{Hypothesis, Ranking, axes_of};
 use super::surrogate::Candidates;
 use super::variant::{Axis, Variant};
-use super::verdict::{self, Diagnosis, Finding, Found, Verdict};
-use super::{DiagnoseError, ForwardError, ForwardModel, Runs, Study};
+use super::{DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Found, Runs, Study, Verdict, verdict};
 use crate::effect::Effect;
 use crate::scene::{Contact, EmpiricalTerm, Feature, TwistPart};
 

@@ -1,165 +1,14 @@
-//! From a ranking to an answer: what is named, what cannot be told from it, what these data could not show.
+//! From a ranking to an answer: what is named, how sure that is, and what cannot be told from it.
 
-use super::Study;
+use super::blind::blind;
+use super::misfit::{misfit, run_readings};
 use super::search::{Hypothesis, Ranking, Set, axes_of};
-use super::tyres::OtherTyres;
-use super::variant::{Variant, causes, terms};
-use super::{ForwardError, ForwardModel, NextExperiment, residue};
-use crate::dataset::SurveyedPose;
-use crate::effect::Cause;
-use crate::geometry::Pose2;
-use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue};
+use super::variant::{Axis, Variant, causes, terms};
+use super::{Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Verdict, residue};
+use crate::scene::Doubt;
 use nalgebra::{DMatrix, DVector};
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
+use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
-
-/// What a diagnosis says.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Verdict {
-    /// The model as given suffices.
-    Explained,
-    /// Each finding stands alone.
-    Named,
-    /// At least one finding cannot be told from others.
-    Ambiguous,
-    /// The misfit is real, and no known effect takes it away.
-    Unexplained,
-}
-
-/// A diagnosis.
-#[derive(Debug, Clone)]
-pub struct Diagnosis {
-    /// In a word.
-    pub verdict: Verdict,
-    /// Where and how much the model as given is wrong.
-    pub misfit: Misfit,
-    /// What is named.
-    pub findings: Vec<Finding>,
-    /// Hypotheses that were weighed, best first.
-    pub ranking: Vec<Ranked>,
-    /// Probability of each effect to be at work; nothing at all is `None`.
-    pub probabilities: Vec<(Option<&'static str>, f64)>,
-    /// What these data could not have shown.
-    pub blind_to: Vec<Blind>,
-    /// Sizes of the noise.
-    pub noise: NoiseModel,
-    /// The causes of the best answer, as an extended model holds them: where its responses are in doubt, of such sizes that
-    /// they predict best as they are, which is not what is stated of them.
-    pub causes: Vec<Cause>,
-    /// Terms of the body's twist, where a formula takes away what known causes leave.
-    pub empirical: Vec<EmpiricalTerm>,
-    /// Another law of tyres that serves better than the model's, where there is one: the extended model has it.
-    pub other_tyres: Option<OtherTyres>,
-    /// How far the answer is to be doubted in its turn, but for its motion, which [`super::Gain`] tells.
-    pub doubt: Doubt,
-    /// What the answer leaves of these runs, for the diagnosis of later ones.
-    pub residues: Vec<Residue>,
-    /// What to drive next, where two answers stand.
-    pub next_experiment: Option<NextExperiment>,
-    /// Readings of every run, and what the models predict of them.
-    pub runs: Vec<RunReadings>,
-    /// Runs that were not used, and why.
-    pub left_out: Vec<String>,
-}
-
-/// What was read of a run, and what is predicted.
-#[derive(Debug, Clone)]
-pub struct RunReadings {
-    /// Campaign and run.
-    pub name: String,
-    /// Its condition in words.
-    pub condition: String,
-    /// Whether it was named to be held out.
-    pub held_out: bool,
-    /// Stamps by the survey's clock \[s\]; `None`: the end of the run.
-    pub stamps: Vec<Option<f64>>,
-    /// Surveyed, in the frame of the surveyed start.
-    pub measured: Vec<SurveyedPose>,
-    /// By the model as given.
-    pub before: Vec<Pose2>,
-    /// By the extended model.
-    pub after: Vec<Pose2>,
-}
-
-/// Where and how much a model is wrong.
-#[derive(Debug, Clone)]
-pub struct Misfit {
-    /// Of the mean residuals of the conditions' end poses, whitened.
-    pub chi2: f64,
-    /// Its degrees of freedom.
-    pub dof: usize,
-    /// Chance of such a misfit or a greater one if the model is right.
-    pub p_value: f64,
-    /// One a condition.
-    pub conditions: Vec<MisfitCondition>,
-}
-
-/// What a model gets wrong in one condition: surveyed less predicted end poses.
-#[derive(Debug, Clone)]
-pub struct MisfitCondition {
-    /// What was driven.
-    pub label: String,
-    /// Runs.
-    pub runs: usize,
-    /// Mean residual; heading `None` where none was read.
-    pub residual: [Option<f64>; 3],
-    /// Its σ, from the noise of the runs.
-    pub std_dev: [f64; 3],
-    /// How far single runs stray from their mean, 1 σ; `None` for a single run.
-    pub repeatability: [Option<f64>; 3],
-}
-
-/// One finding.
-#[derive(Debug, Clone)]
-pub struct Finding {
-    /// The effect.
-    pub effect: &'static str,
-    /// Wheel or side; empty where nothing has to be chosen.
-    pub choice: String,
-    /// Its numbers.
-    pub parameters: Vec<Found>,
-    /// Probability that it is at work.
-    pub probability: f64,
-    /// Effects that these data cannot tell from it.
-    pub confounded_with: Vec<&'static str>,
-}
-
-/// A number that was found.
-#[derive(Debug, Clone, Copy)]
-pub struct Found {
-    /// The parameter.
-    pub name: &'static str,
-    /// Its value.
-    pub value: f64,
-    /// 1 σ; `None`: not sought.
-    pub std_dev: Option<f64>,
-}
-
-/// A hypothesis and what the data say of it.
-#[derive(Debug, Clone)]
-pub struct Ranked {
-    /// Effects, with their choice.
-    pub effects: Vec<String>,
-    /// ln evidence.
-    pub log_evidence: f64,
-    /// Share of the posterior.
-    pub probability: f64,
-}
-
-/// What the data could not have shown.
-#[derive(Debug, Clone)]
-pub struct Blind {
-    /// The effect, with its choice.
-    pub effect: &'static str,
-    /// Wheel or side.
-    pub choice: String,
-    /// The parameter.
-    pub parameter: &'static str,
-    /// The smallest size that these data could have shown; infinite: none at all.
-    pub smallest_detectable: f64,
-    /// What is plausible beforehand.
-    pub plausible: f64,
-}
 
 /// Strength of a response, in σ of the whole of it, from which on an effect counts as shown.
 pub(super) const SHOWN: f64 = 5.0;
@@ -332,7 +181,7 @@ fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
 }
 
 /// Share by which turns or ways change under `at`, root mean square, whichever is greater.
-pub(super) fn correction(study: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> f64 {
+pub(super) fn correction(study: &Study<'_>, at: &[(Axis, f64)]) -> f64 {
     let of = |component: usize| {
         let (mut changed, mut whole) = (0.0, 0.0);
         // Runs that are held out have no say in how far a model is to be doubted.
@@ -376,7 +225,7 @@ pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
 /// Share of what causes and formula take away together that the causes take away alone.
 fn share_of_causes(study: &Study<'_>, best: &Hypothesis) -> f64 {
     let problem = study.problem(study.counts.clone());
-    let is_cause = |(axis, _): &&(super::variant::Axis, f64)| study.variants[axis.variant].is_cause();
+    let is_cause = |(axis, _): &&(Axis, f64)| study.variants[axis.variant].is_cause();
     let causes: Vec<_> = best.fit.at.iter().filter(is_cause).copied().collect();
     let axes: Vec<_> = causes.iter().map(|(axis, _)| *axis).collect();
     let before = problem.fit(&[], &[]).chi2;
@@ -474,174 +323,6 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
 pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
     let most = values.clone().fold(f64::NEG_INFINITY, f64::max);
     most + values.map(|value| (value - most).exp()).sum::<f64>().ln()
-}
-
-/// Mean residuals of the end poses, condition by condition.
-fn misfit(study: &Study<'_>) -> Misfit {
-    let problem = study.problem(study.counts.clone());
-    let mut conditions: Vec<MisfitCondition> = Vec::new();
-    let (mut chi2, mut dof) = (0.0, 0);
-    for (index, cluster) in study.clusters.iter().enumerate() {
-        let reference = &study.cases[cluster.reference];
-        let with_heading = reference.readings.last().is_some_and(|reading| reading.heading.is_some());
-        let parts = if with_heading { 3 } else { 2 };
-        let end = |values: &nalgebra::DVector<f64>| values.rows(values.len() - parts, parts).into_owned();
-        let residuals: Vec<nalgebra::DVector<f64>> = cluster
-            .runs
-            .iter()
-            .map(|&run| end(&study.observed[run]) - end(&problem.predict(index, run, &[])))
-            .collect();
-        let runs = residuals.len();
-        let count = runs as f64;
-        let mean = residuals.iter().fold(nalgebra::DVector::zeros(parts), |sum, r| sum + r) / count;
-        let full = study.shapes[index].covariance(&study.noise);
-        let covariance = full.view((full.nrows() - parts, full.ncols() - parts), (parts, parts)).into_owned() / count;
-        if let Some(factor) = nalgebra::Cholesky::new(covariance.clone()) {
-            chi2 += mean.dot(&factor.solve(&mean));
-            dof += parts;
-        }
-        let spread = |part: usize| {
-            (runs > 1)
-                .then(|| (residuals.iter().map(|r| (r[part] - mean[part]).powi(2)).sum::<f64>() / (count - 1.0)).sqrt())
-        };
-        let label = study.conditions[cluster.condition].label();
-        let entry = MisfitCondition {
-            label: label.clone(),
-            runs,
-            residual: [Some(mean[0]), Some(mean[1]), (parts == 3).then(|| mean[2])],
-            std_dev: std::array::from_fn(|part| if part < parts { covariance[(part, part)].sqrt() } else { f64::NAN }),
-            repeatability: std::array::from_fn(|part| if part < parts { spread(part) } else { None }),
-        };
-        conditions.push(entry);
-    }
-    let p_value = ChiSquared::new(dof as f64).map_or(f64::NAN, |law| law.sf(chi2));
-    Misfit { chi2, dof, p_value, conditions }
-}
-
-/// Readings of every run beside those predicted as given and under `at`.
-fn run_readings(study: &Study<'_>, given: &Study<'_>, at: &[(super::variant::Axis, f64)]) -> Vec<RunReadings> {
-    let read = |study: &Study<'_>, cluster: usize, run: usize, at: &[(super::variant::Axis, f64)]| {
-        let survey = study.surrogate.survey_of(study.model.scene(), at, &study.variants);
-        let path = study.surrogate.path(cluster, run, at, &study.variants);
-        study.surrogate.readings(&study.cases[run], &study.surrogate.ways[run], &path, &survey)
-    };
-    let mut runs: Vec<(usize, RunReadings)> = Vec::new();
-    for (index, cluster) in study.clusters.iter().enumerate() {
-        for &run in &cluster.runs {
-            let case = &study.cases[run];
-            let measured = case.readings.iter().map(|r| SurveyedPose { x: r.x, y: r.y, heading: r.heading }).collect();
-            runs.push((
-                run,
-                RunReadings {
-                    name: case.name.clone(),
-                    condition: study.conditions[cluster.condition].label(),
-                    held_out: study.held_out[run],
-                    stamps: case.readings.iter().map(|reading| reading.stamp).collect(),
-                    measured,
-                    before: read(given, index, run, &[]),
-                    after: read(study, index, run, at),
-                },
-            ));
-        }
-    }
-    runs.sort_by_key(|(run, _)| *run);
-    runs.into_iter().map(|(_, readings)| readings).collect()
-}
-
-/// The smallest size of each parameter that these data could have shown.
-pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
-    let problem = study.problem(study.counts.clone());
-    let all: Set = study.known_variants().into_iter().collect();
-    let axes = axes_of(&study.variants, &all);
-    let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
-    let mut list: Vec<Blind> = Vec::new();
-    let places: Vec<&str> = study.variants.iter().filter(|v| v.place().is_some()).map(|v| v.effect.id).collect();
-    for (index, variant) in study.variants.iter().enumerate().filter(|(_, variant)| variant.is_cause()) {
-        let own: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].variant == index).collect();
-        let information: Vec<f64> = own.iter().map(|&k| gram[(k, k)]).collect();
-        let smallest = |value: f64| if value > 1e-12 { SHOWN / value.sqrt() } else { f64::INFINITY };
-        let names = parameter_names(variant);
-        for (position, (&name, &value)) in names.iter().zip(&information).enumerate() {
-            // Of a vector, the size: the worse of its two directions.
-            let value =
-                if names.len() < information.len() { information.iter().copied().fold(value, f64::min) } else { value };
-            list.push(Blind {
-                effect: variant.effect.id,
-                choice: variant.choice.clone(),
-                parameter: name,
-                smallest_detectable: smallest(value),
-                plausible: variant.coordinates[position].std_dev,
-            });
-        }
-    }
-    // Of spots on the floor, where one shows best.
-    let is_spot = |blind: &Blind| places.contains(&blind.effect);
-    if let Some(best) =
-        list.iter().filter(|blind| is_spot(blind)).map(|blind| blind.smallest_detectable).reduce(f64::min)
-    {
-        list.retain(|blind| !is_spot(blind) || blind.smallest_detectable == best);
-    }
-    list
-}
-
-/// Responses closer than this are hardly kept apart: a response's own error turns it as far \[rad\].
-const ALIKE: f64 = 0.15;
-
-/// Pairs of variants of different effects whose whitened responses are nearly parallel.
-pub(super) fn alike(study: &Study<'_>) -> Vec<(String, String, f64)> {
-    let problem = study.problem(study.counts.clone());
-    // Spots on the floor are many, and next to one another.
-    let all: Set =
-        study.known_variants().into_iter().filter(|&index| study.variants[index].place().is_none()).collect();
-    let axes = axes_of(&study.variants, &all);
-    let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
-    let block = |a: usize, b: usize| {
-        let of = |variant: usize| -> Vec<usize> { (0..axes.len()).filter(|&k| axes[k].variant == variant).collect() };
-        let (rows, columns) = (of(a), of(b));
-        nalgebra::DMatrix::from_fn(rows.len(), columns.len(), |i, j| gram[(rows[i], columns[j])])
-    };
-    let shown = |variant: usize| {
-        let coordinates = &study.variants[variant].coordinates;
-        let own = block(variant, variant);
-        (0..coordinates.len()).any(|k| own[(k, k)].sqrt() * 3.0 * coordinates[k].std_dev > SHOWN)
-    };
-    let variants: Vec<usize> = all.iter().copied().filter(|&variant| shown(variant)).collect();
-    let mut pairs = Vec::new();
-    for (position, &one) in variants.iter().enumerate() {
-        for &other in &variants[position + 1..] {
-            if study.variants[one].effect == study.variants[other].effect {
-                continue;
-            }
-            // cos of the smallest principal angle: largest singular value of L₁⁻¹ G₁₂ L₂⁻ᵀ.
-            let factors = [one, other].map(|v| nalgebra::Cholesky::new(block(v, v)));
-            let [Some(first), Some(second)] = factors else { continue };
-            let mut between = block(one, other);
-            first.l_dirty().solve_lower_triangular_mut(&mut between);
-            let mut between = between.transpose();
-            second.l_dirty().solve_lower_triangular_mut(&mut between);
-            let cosine = between.singular_values().max().min(1.0);
-            if cosine.acos() < ALIKE {
-                pairs.push((study.variants[one].label(), study.variants[other].label(), cosine.acos()));
-            }
-        }
-    }
-    pairs.sort_by(|a, b| a.2.total_cmp(&b.2));
-    pairs
-}
-
-fn parameter_names(variant: &Variant) -> Vec<&'static str> {
-    use crate::effect::Prior;
-    let held = |index: usize| variant.held.iter().any(|(held, _)| *held == index);
-    variant
-        .effect
-        .parameters
-        .iter()
-        .enumerate()
-        .filter(|(index, parameter)| {
-            matches!(parameter.prior, Prior::Normal { .. } | Prior::HalfNormal { .. }) && !held(*index)
-        })
-        .map(|(_, parameter)| parameter.name)
-        .collect()
 }
 
 #[cfg(test)]

@@ -1,0 +1,91 @@
+//! What a diagnosis says.
+
+use super::{Blind, Misfit, NextExperiment, OtherTyres, RunReadings};
+use crate::effect::Cause;
+use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue};
+
+/// A diagnosis in a word.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Verdict {
+    /// The model as given suffices.
+    Explained,
+    /// Each finding stands alone.
+    Named,
+    /// At least one finding cannot be told from others.
+    Ambiguous,
+    /// The misfit is real, and no known effect takes it away.
+    Unexplained,
+}
+
+/// A diagnosis.
+#[derive(Debug, Clone)]
+pub struct Diagnosis {
+    /// In a word.
+    pub verdict: Verdict,
+    /// Where and how much the model as given is wrong.
+    pub misfit: Misfit,
+    /// What is named.
+    pub findings: Vec<Finding>,
+    /// Hypotheses that were weighed, best first.
+    pub ranking: Vec<Ranked>,
+    /// Probability of each effect to be at work; nothing at all is `None`.
+    pub probabilities: Vec<(Option<&'static str>, f64)>,
+    /// What these data could not have shown.
+    pub blind_to: Vec<Blind>,
+    /// Sizes of the noise.
+    pub noise: NoiseModel,
+    /// The causes of the best answer, as an extended model holds them: where its responses are in doubt, of such sizes that
+    /// they predict best as they are, which is not what is stated of them.
+    pub causes: Vec<Cause>,
+    /// Terms of the body's twist, where a formula takes away what known causes leave.
+    pub empirical: Vec<EmpiricalTerm>,
+    /// Another law of tyres that serves better than the model's, where there is one: the extended model has it.
+    pub other_tyres: Option<OtherTyres>,
+    /// How far the answer is to be doubted in its turn, but for its motion, which [`super::Gain`] tells.
+    pub doubt: Doubt,
+    /// What the answer leaves of these runs, for the diagnosis of later ones.
+    pub residues: Vec<Residue>,
+    /// What to drive next, where two answers stand.
+    pub next_experiment: Option<NextExperiment>,
+    /// Readings of every run, and what the models predict of them.
+    pub runs: Vec<RunReadings>,
+    /// Runs that were not used, and why.
+    pub left_out: Vec<String>,
+}
+
+/// One finding.
+#[derive(Debug, Clone)]
+pub struct Finding {
+    /// The effect.
+    pub effect: &'static str,
+    /// Wheel or side; empty where nothing has to be chosen.
+    pub choice: String,
+    /// Its numbers.
+    pub parameters: Vec<Found>,
+    /// Probability that it is at work.
+    pub probability: f64,
+    /// Effects that these data cannot tell from it.
+    pub confounded_with: Vec<&'static str>,
+}
+
+/// A number that was found.
+#[derive(Debug, Clone, Copy)]
+pub struct Found {
+    /// The parameter.
+    pub name: &'static str,
+    /// Its value.
+    pub value: f64,
+    /// 1 σ; `None`: not sought.
+    pub std_dev: Option<f64>,
+}
+
+/// A hypothesis and what the data say of it.
+#[derive(Debug, Clone)]
+pub struct Ranked {
+    /// Effects, with their choice.
+    pub effects: Vec<String>,
+    /// ln evidence.
+    pub log_evidence: f64,
+    /// Share of the posterior.
+    pub probability: f64,
+}
