@@ -1,7 +1,7 @@
 //! Replay: the simulated wheels follow the rotation that a run logged, and the body moves by physics.
 
 use super::error::DriveError;
-use super::run::{COASTING, SETTLE, at_time, stream};
+use super::run::{SETTLE, at_time, stream};
 use crate::dataset::{EncoderLog, Run};
 use crate::geometry::{Pose2, Trace};
 use crate::odometry::{DeadReckoning, OdometryParameters};
@@ -14,10 +14,13 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const TRACE_RATE: f64 = 50.0;
 /// Time over which wheels that were turning when a log began are brought to their speed, and then held at it \[s\].
 const RUN_UP: [f64; 2] = [0.8, 0.4];
-/// How far a wheel turns at most in what counts as a standstill \[rad\].
+/// How far a wheel turns at most in what may be a standstill \[rad\].
 const STILL: f64 = 3e-3;
-/// Standstill in a log after which wheels may have coasted \[s\].
-const STOP: f64 = 0.3;
+/// Standstill of both sides in a log after which wheels may have coasted \[s\].
+const STOP: f64 = 0.08;
+/// How long they are taken to do so \[s\]: no log tells, and it matters to readings within a stop alone. Wheels that are let go
+/// take less; those of a simulated run take twice as long, so that tyres do not wind up.
+const COASTS: f64 = 0.2;
 
 /// Replays the encoder log of `run` in `scene`, from its surveyed start pose or the mark. `counted` turns the log's ticks
 /// into radians.
@@ -34,8 +37,10 @@ pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &Ato
         return Err(DriveError::NoLog { run: run.name.clone() });
     };
     let scene = &at_time(scene, run.started);
+    let sides: Vec<[f64; 2]> = (0..log.len()).map(|row| log.sides(row, counted)).collect();
+    let stops = Stop::all(&log.time, &sides);
     let wheels: Vec<Rotation> =
-        scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, counted)).collect();
+        scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &stops, counted)).collect();
     let start = run.start.unwrap_or_default();
     let began_moving = wheels.iter().any(|wheel| wheel.initial_speed != 0.0);
     let run_up = if began_moving { RUN_UP[0] + RUN_UP[1] } else { 0.0 };
@@ -106,7 +111,7 @@ struct Rotation {
 }
 
 impl Rotation {
-    fn of(scene: &Scene, wheel: &Wheel, log: &EncoderLog, counted: &OdometryParameters) -> Rotation {
+    fn of(scene: &Scene, wheel: &Wheel, log: &EncoderLog, stops: &[Stop], counted: &OdometryParameters) -> Rotation {
         let own = log.channels.iter().position(|channel| *channel == wheel.name);
         let counts = |row: usize| match own {
             Some(channel) => log.radians(row, channel, counted),
@@ -116,7 +121,7 @@ impl Rotation {
         let encoder: Vec<f64> =
             (0..log.len()).map(|row| (counts(row) - counts(0)) / (1.0 - wheel.count_loss)).collect();
         let overrun = drivetrain.stop_overrun;
-        let coastings = if overrun > 0.0 { Coasting::all(&log.time, &encoder) } else { Vec::new() };
+        let coastings = if overrun > 0.0 { Coasting::all(&log.time, stops, &encoder) } else { Vec::new() };
         let mut play = Play::new(drivetrain.backlash);
         let mut angle = vec![0.0];
         let mut coasted = coastings.iter().peekable();
@@ -167,12 +172,49 @@ fn initial_speed(time: &[f64], angle: &[f64]) -> f64 {
     if speed.abs() < 0.05 + 0.3 * second.abs() { 0.0 } else { speed }
 }
 
-/// A stop in a log, in which the wheel went on while nobody counted.
-struct Coasting {
-    /// First and last row of the standstill.
+/// A stop in a log: its first and last row without a count on either side.
+struct Stop {
     from: usize,
     until: usize,
-    /// When it went on, and how long \[s\].
+}
+
+impl Stop {
+    /// After each way that ends in a standstill of both sides; `sides` are their angles by row \[rad\].
+    fn all(time: &[f64], sides: &[[f64; 2]]) -> Vec<Stop> {
+        let apart = |a: usize, b: usize| (0..2).map(|i| (sides[a][i] - sides[b][i]).abs()).fold(0.0, f64::max);
+        let mut found: Vec<Stop> = Vec::new();
+        let rows = time.len();
+        let (mut from, mut way_began) = (0, 0);
+        while from < rows {
+            let mut until = (from..rows).take_while(|&row| apart(row, from) < STILL).last().unwrap_or(from);
+            let next = until + 1;
+            let long = time[until] - time[from] >= STOP || next == rows;
+            // The last rows of the way, and the first of the next one, are within STILL too.
+            while until > from && apart(until, until - 1) > 0.0 {
+                until -= 1;
+            }
+            // A controller that creeps up on its goal makes one stop look like two.
+            let still_there = apart(from, way_began) <= 3.0 * STILL;
+            if long && !(still_there && found.is_empty()) {
+                if still_there {
+                    found.pop();
+                }
+                let stands = |row: &usize| apart(*row, until) == 0.0;
+                found.push(Stop { from: (from..until).rev().take_while(stands).last().unwrap_or(until), until });
+                way_began = until;
+            }
+            from = next;
+        }
+        found
+    }
+}
+
+/// What a wheel does after a stop while nobody counts.
+struct Coasting {
+    /// Rows of the standstill.
+    from: usize,
+    until: usize,
+    /// Between which times \[s\].
     began: f64,
     lasts: f64,
     /// ±1: that of the way before the stop.
@@ -180,40 +222,22 @@ struct Coasting {
 }
 
 impl Coasting {
-    /// After each way that ends in a standstill: there is one on with the way's direction, as the last thing that happens
-    /// before the wheel moves again.
-    fn all(time: &[f64], encoder: &[f64]) -> Vec<Coasting> {
-        let mut found = Vec::new();
-        let rows = time.len();
-        let mut from = 0;
-        let mut way_began = encoder[0];
-        while from < rows {
-            let still = |row: &usize| (encoder[*row] - encoder[from]).abs() < STILL;
-            let mut until = (from..rows).take_while(still).last().unwrap_or(from);
-            let next = until + 1;
-            // The first rows of the next way are within STILL too.
-            while until > from && (encoder[until] - encoder[until - 1]).abs() > 0.1 * STILL {
-                until -= 1;
-            }
-            let way = encoder[from] - way_began;
-            let long = time[until] - time[from] >= STOP || next == rows;
-            // A controller that creeps up on its goal makes one stop look like two.
-            let still_there = !found.is_empty() && way.abs() <= 3.0 * STILL;
-            if long && (still_there || way.abs() > 3.0 * STILL) {
-                let [coast, stand] = COASTING;
-                let began = (time[until] - coast - stand).max(time[from]);
-                let lasts = (time[until] - began).min(coast).max(1e-3);
-                let before: Option<Coasting> = if still_there { found.pop() } else { None };
-                let direction = before.map_or(way.signum(), |stop| stop.direction);
-                found.push(Coasting { from, until, began, lasts, direction });
-                way_began = encoder[until];
-            }
-            from = next;
-        }
-        found
+    /// It goes on right after the last count, in the direction of its way; a wheel that had none stands.
+    fn all(time: &[f64], stops: &[Stop], encoder: &[f64]) -> Vec<Coasting> {
+        let ways = std::iter::once(0).chain(stops.iter().map(|stop| stop.until)).zip(stops);
+        ways.map(|(began, stop)| (stop, encoder[stop.from] - encoder[began]))
+            .filter(|(_, way)| way.abs() > 3.0 * STILL)
+            .map(|(&Stop { from, until }, way)| Coasting {
+                from,
+                until,
+                began: time[from],
+                lasts: (time[until] - time[from]).clamp(1e-3, COASTS),
+                direction: way.signum(),
+            })
+            .collect()
     }
 
-    /// How much of it is done at `time` \[s\]: a cosine's rise and fall of the speed, complete when the wheel moves again.
+    /// How much of it is done at `time` \[s\]: a cosine's rise and fall of the speed.
     fn part(&self, time: f64) -> f64 {
         let part = ((time - self.began) / self.lasts).clamp(0.0, 1.0);
         part - (TAU * part).sin() / TAU
@@ -235,4 +259,55 @@ fn before(odometry: &OdometryParameters, wheels: &[Rotation], scene: &Scene, sta
         arrived = reckoning.update(side(Side::Left, time), side(Side::Right, time));
     }
     start.compose(arrived.inverse())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Angle of a wheel at `time`, which follows a straight of `way` \[rad\], pauses, and turns on the spot: the left one backwards.
+    fn wheel(time: f64, way: f64, pause: f64, sign: f64) -> f64 {
+        let (rate, acceleration) = (2.4, 4.8);
+        let ramp = rate / acceleration;
+        let on = |time: f64| {
+            let (total, time) = (way / rate + ramp, time.max(0.0));
+            let rest = (total - time).max(0.0);
+            let (up, down) = (0.5 * acceleration * time * time, way - 0.5 * acceleration * rest * rest);
+            if time < ramp {
+                up
+            } else if rest < ramp {
+                down
+            } else {
+                rate * (time - 0.5 * ramp)
+            }
+        };
+        on(time) + sign * on(time - way / rate - ramp - pause)
+    }
+
+    #[test]
+    fn stops_are_found_where_counts_end_however_short_they_are() {
+        let (way, tick) = (12.0, TAU / 2796.8);
+        let arrives = way / 2.4 + 0.5;
+        for pause in [0.08, 0.4, 2.0] {
+            for rate in [20.0, 50.0] {
+                let end = 2.0 * arrives + pause + 0.5;
+                let time: Vec<f64> = (0..(end * rate) as usize).map(|row| row as f64 / rate).collect();
+                let counted = |angle: f64| (angle / tick).floor() * tick;
+                let sides = |&time: &f64| [-1.0, 1.0].map(|sign| counted(wheel(time, way, pause, sign)));
+                let sides: Vec<[f64; 2]> = time.iter().map(sides).collect();
+                let stops = Stop::all(&time, &sides);
+                let began: Vec<f64> = stops.iter().map(|stop| time[stop.from]).collect();
+                assert_eq!(stops.len(), 2, "{pause} s at {rate} Hz: {began:?}");
+                // To a row, and to the time that the last tick takes.
+                let known_to = 1.0 / rate + (2.0 * tick / 4.8).sqrt() + 1e-9;
+                for (began, expected) in began.iter().zip([arrives, 2.0 * arrives + pause]) {
+                    assert!((began - expected).abs() < known_to, "{pause} s at {rate} Hz: {began} for {expected}");
+                }
+                let left: Vec<f64> = sides.iter().map(|sides| sides[0]).collect();
+                let directions: Vec<f64> =
+                    Coasting::all(&time, &stops, &left).iter().map(|coasting| coasting.direction).collect();
+                assert_eq!(directions, [1.0, -1.0]);
+            }
+        }
+    }
 }

@@ -229,7 +229,7 @@ impl Sides {
 }
 
 /// How long wheels coast on after a stop, and then stand \[s\].
-pub(super) const COASTING: [f64; 2] = [0.4, 0.2];
+const COASTING: [f64; 2] = [0.4, 0.2];
 
 /// Wheels that coast on after each stop, each in the direction of its last way, while the controller does not count.
 struct Overrun {

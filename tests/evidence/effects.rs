@@ -1197,7 +1197,10 @@ fn a_replay_undoes_what_encoders_do() {
             let (open, open_heading) = left_open(&scene, 1.5, TAU);
             let (way, angle) = tick(&scene);
             let (open, open_heading) = (open + 3.0 * (way + 1.5 * angle), open_heading + 3.0 * angle);
-            assert!(position < open && heading < open_heading, "{robot} {id}: {position:.2e} m, {heading:.2e} rad");
+            assert!(
+                position < open && heading < open_heading,
+                "{robot} {id}: {position:.2e} m, {heading:.2e} rad, allowed {open:.2e}, {open_heading:.2e}"
+            );
             assert!(unaware.1 > 2.0 * heading, "{robot} {id}: {unaware:?}");
         });
     }
