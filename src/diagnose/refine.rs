@@ -113,8 +113,35 @@ impl Study<'_> {
         let moved = singles(ranking).filter(|_| self.was_moved());
         let wanted = leading(ranking).chain(self.large(ranking)).chain(moved);
         let refined = self.refine_at(&wanted.flat_map(|h| places(h).chain(opposite(h))).collect::<Vec<_>>());
+        Ok(self.couple(&ranking.best().fit.at)? || refined)
+    }
+
+    /// Simulates the causes of an answer together; where the robot cannot be driven so, with the farthest of them as near as it
+    /// has to be, which is as far as its axis goes from then on. Whether anything was simulated.
+    fn couple(&mut self, answer: &[(Axis, f64)]) -> Result<bool, DiagnoseError> {
         let (surrogate, bench) = self.bench();
-        Ok(surrogate.couple(bench, &ranking.best().fit.at)? || refined)
+        let failed = match surrogate.couple(bench, answer) {
+            Ok(any) => return Ok(any),
+            Err(failed) => failed,
+        };
+        let from_plausible = |&(axis, value): &(Axis, f64)| {
+            let variant = &self.variants[axis.variant];
+            if is_simulated(variant) { value.abs() / variant.coordinates[axis.coordinate].std_dev } else { 0.0 }
+        };
+        let mut at = answer.to_vec();
+        let farthest = (0..at.len()).max_by(|&a, &b| from_plausible(&at[a]).total_cmp(&from_plausible(&at[b])));
+        let Some(farthest) = farthest else { return Err(failed.into()) };
+        let (axis, value) = at[farthest];
+        let (surrogate, bench) = self.bench();
+        let drives = as_far_as(value, |value| {
+            at[farthest].1 = value;
+            surrogate.couple(bench, &at).is_ok()
+        });
+        if drives == 0.0 {
+            return Err(failed.into());
+        }
+        self.variants[axis.variant].coordinates[axis.coordinate].bounds[usize::from(value > 0.0)] = drives;
+        Ok(true)
     }
 
     /// Simulates the leading answers where they are best and on tyres that are other than the model's in what is in doubt of
@@ -125,8 +152,13 @@ impl Study<'_> {
         }
         let mut refined = self.refine(ranking)?;
         let (surrogate, bench) = self.bench();
-        for answer in leading(ranking) {
-            refined |= surrogate.couple_with_tyres(bench, &answer.fit.at)?;
+        for (rank, answer) in leading(ranking).enumerate() {
+            match surrogate.couple_with_tyres(bench, &answer.fit.at) {
+                Ok(any) => refined |= any,
+                Err(failed) if rank == 0 => return Err(failed.into()),
+                // What a robot would do that cannot be driven so is not asked of a lesser answer.
+                Err(_) => {}
+            }
         }
         Ok(refined)
     }
@@ -168,11 +200,7 @@ impl Study<'_> {
         if surrogate.refine(bench, axis, value).is_ok() {
             return;
         }
-        let (mut drives, mut fails) = (0.0, value);
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (drives + fails);
-            *(if surrogate.refine(bench, axis, middle).is_ok() { &mut drives } else { &mut fails }) = middle;
-        }
+        let drives = as_far_as(value, |value| surrogate.refine(bench, axis, value).is_ok());
         self.variants[axis.variant].coordinates[axis.coordinate].bounds[usize::from(value > 0.0)] = drives;
     }
 
@@ -199,6 +227,16 @@ impl Study<'_> {
         let Study { model, cases, clusters, variants, surrogate, .. } = self;
         (surrogate, Bench { model, cases, clusters, variants })
     }
+}
+
+/// How far towards `value`, which is too far, the robot can be driven.
+fn as_far_as(value: f64, mut drives: impl FnMut(f64) -> bool) -> f64 {
+    let (mut near, mut far) = (0.0, value);
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (near + far);
+        *(if drives(middle) { &mut near } else { &mut far }) = middle;
+    }
+    near
 }
 
 /// Whether a variant is simulated where it is: what is in doubt moves little against what its effect was simulated at.

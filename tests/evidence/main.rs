@@ -2,6 +2,7 @@
 
 mod allocation;
 mod analytic;
+mod another_hand;
 mod architecture;
 mod calibration;
 mod certify;
