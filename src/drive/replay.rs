@@ -186,20 +186,21 @@ impl Stop {
         let rows = time.len();
         let (mut from, mut way_began) = (0, 0);
         while from < rows {
-            let mut until = (from..rows).take_while(|&row| apart(row, from) < STILL).last().unwrap_or(from);
-            let next = until + 1;
-            let long = time[until] - time[from] >= STOP || next == rows;
-            // The last rows of the way, and the first of the next one, are within STILL too.
-            while until > from && apart(until, until - 1) > 0.0 {
-                until -= 1;
-            }
+            let last = (from..rows).take_while(|&row| apart(row, from) < STILL).last().unwrap_or(from);
+            let next = last + 1;
+            let long = time[last] - time[from] >= STOP || next == rows;
+            // The last rows of the way, and the first of the next one, are within STILL too. A log whose counts never rest has
+            // nothing to tell them by.
+            let rest = |row: &usize| apart(*row, row - 1) == 0.0;
+            let rests = (from + 1..next).rev().find(rest);
+            let until = rests.unwrap_or(last);
             // A controller that creeps up on its goal makes one stop look like two.
             let still_there = apart(from, way_began) <= 3.0 * STILL;
             if long && !(still_there && found.is_empty()) {
                 if still_there {
                     found.pop();
                 }
-                let stands = |row: &usize| apart(*row, until) == 0.0;
+                let stands = |row: &usize| rests.is_none() || apart(*row, until) == 0.0;
                 found.push(Stop { from: (from..until).rev().take_while(stands).last().unwrap_or(until), until });
                 way_began = until;
             }
@@ -302,6 +303,15 @@ mod tests {
                 let known_to = 1.0 / rate + (2.0 * tick / 4.8).sqrt() + 1e-9;
                 for (began, expected) in began.iter().zip([arrives, 2.0 * arrives + pause]) {
                     assert!((began - expected).abs() < known_to, "{pause} s at {rate} Hz: {began} for {expected}");
+                }
+                // Where counts never rest, a stop is as long as they hardly move.
+                let restless = |(row, sides): (usize, &[f64; 2])| sides.map(|side| side + 1e-5 * (row % 7) as f64);
+                let restless: Vec<[f64; 2]> = sides.iter().enumerate().map(restless).collect();
+                let restless = Stop::all(&time, &restless);
+                assert_eq!(restless.len(), 2, "{pause} s at {rate} Hz");
+                for (stop, known) in restless.iter().zip(&stops) {
+                    let [longer, long] = [stop, known].map(|stop| time[stop.until] - time[stop.from]);
+                    assert!(longer >= long, "{pause} s at {rate} Hz: {longer} s for {long} s");
                 }
                 let left: Vec<f64> = sides.iter().map(|sides| sides[0]).collect();
                 let directions: Vec<f64> =
