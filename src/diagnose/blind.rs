@@ -3,9 +3,11 @@
 use super::Study;
 use super::search::{Set, axes_of};
 use super::variant::Variant;
-use super::verdict::SHOWN;
 use crate::effect::Prior;
 use nalgebra::{Cholesky, DMatrix};
+
+/// Strength of a response, in σ of the whole of it, from which on an effect counts as shown.
+pub(super) const SHOWN: f64 = 5.0;
 
 /// What the data could not have shown.
 #[derive(Debug, Clone)]

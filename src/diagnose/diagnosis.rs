@@ -2,7 +2,7 @@
 
 use super::{Blind, Misfit, NextExperiment, OtherTyres, RunReadings};
 use crate::effect::Cause;
-use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue};
+use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue, Scene};
 
 /// A diagnosis in a word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,6 +51,19 @@ pub struct Diagnosis {
     pub runs: Vec<RunReadings>,
     /// Runs that were not used, and why.
     pub left_out: Vec<String>,
+}
+
+impl Diagnosis {
+    /// The model as extended by this answer, for the next diagnosis: `scene` is the model as given, `motion_error` what
+    /// [`super::Gain`] tells of its motion, 0 where it was not asked.
+    pub fn extended(&self, scene: &Scene, motion_error: f64) -> Scene {
+        let mut extended = Cause::edit_all(&self.causes, scene);
+        extended.empirical.extend(&self.empirical);
+        extended.contact = self.other_tyres.map_or(extended.contact, |tyres| tyres.contact);
+        extended.robot.doubt = Doubt { motion: motion_error, ..self.doubt };
+        extended.robot.residues.clone_from(&self.residues);
+        extended
+    }
 }
 
 /// One finding.

@@ -124,14 +124,15 @@ impl Study<'_> {
             Ok(any) => return Ok(any),
             Err(failed) => failed,
         };
-        let from_plausible = |&(axis, value): &(Axis, f64)| {
-            let variant = &self.variants[axis.variant];
-            if is_simulated(variant) { value.abs() / variant.coordinates[axis.coordinate].std_dev } else { 0.0 }
+        let from_plausible = |index: usize| {
+            let (axis, value) = answer[index];
+            value.abs() / self.variants[axis.variant].coordinates[axis.coordinate].std_dev
         };
-        let mut at = answer.to_vec();
-        let farthest = (0..at.len()).max_by(|&a, &b| from_plausible(&at[a]).total_cmp(&from_plausible(&at[b])));
+        let simulated = (0..answer.len()).filter(|&index| is_simulated(&self.variants[answer[index].0.variant]));
+        let farthest = simulated.max_by(|&a, &b| from_plausible(a).total_cmp(&from_plausible(b)));
         let Some(farthest) = farthest else { return Err(failed.into()) };
-        let (axis, value) = at[farthest];
+        let (axis, value) = answer[farthest];
+        let mut at = answer.to_vec();
         let (surrogate, bench) = self.bench();
         let drives = as_far_as(value, |value| {
             at[farthest].1 = value;
@@ -140,7 +141,7 @@ impl Study<'_> {
         if drives == 0.0 {
             return Err(failed.into());
         }
-        self.variants[axis.variant].coordinates[axis.coordinate].bounds[usize::from(value > 0.0)] = drives;
+        self.end_at(axis, value, drives);
         Ok(true)
     }
 
@@ -201,7 +202,12 @@ impl Study<'_> {
             return;
         }
         let drives = as_far_as(value, |value| surrogate.refine(bench, axis, value).is_ok());
-        self.variants[axis.variant].coordinates[axis.coordinate].bounds[usize::from(value > 0.0)] = drives;
+        self.end_at(axis, value, drives);
+    }
+
+    /// Lets an axis go as far as the robot `drives` on the side of a value that is too far, and no farther.
+    fn end_at(&mut self, axis: Axis, too_far: f64, drives: f64) {
+        self.variants[axis.variant].coordinates[axis.coordinate].bounds[usize::from(too_far > 0.0)] = drives;
     }
 
     /// The leading ones of single causes that are so large that what they do was a guess at first. Against a guess, several

@@ -6,6 +6,7 @@
 //! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. What
 //! goes by a name of the catalogue then is the class `effective_track`.
 
+use super::blind::SHOWN;
 use super::search::{Hypothesis, Ranking, axes_of};
 use super::surrogate::Candidates;
 use super::variant::{Axis, Variant};
@@ -122,7 +123,7 @@ pub(super) fn judge(
     let (_, most_turning) = given.surrogate.most_turning;
     let [was, is] = [given, other].map(|study| study.surrogate.ways[most_turning].turned());
     let ratio = was / is.max(f64::MIN_POSITIVE) - 1.0;
-    let Some(std_dev) = track_std_dev(other, ranking).filter(|std_dev| ratio.abs() > verdict::SHOWN * std_dev) else {
+    let Some(std_dev) = track_std_dev(other, ranking).filter(|std_dev| ratio.abs() > SHOWN * std_dev) else {
         return Ok(diagnosis);
     };
     let sure = 1.0 / (1.0 + (-log_odds).exp());

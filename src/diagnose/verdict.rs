@@ -10,8 +10,6 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::BTreeMap;
 
-/// Strength of a response, in σ of the whole of it, from which on an effect counts as shown.
-pub(super) const SHOWN: f64 = 5.0;
 /// ln of the odds at which one answer is no longer a real alternative to another.
 pub(super) const REAL: f64 = 3.912_023_005_428_146; // ln 50
 /// ln of the odds over a simpler answer that an answer needs to be given.

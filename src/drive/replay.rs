@@ -37,8 +37,12 @@ pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &Ato
         return Err(DriveError::NoLog { run: run.name.clone() });
     };
     let scene = &at_time(scene, run.started);
-    let sides: Vec<[f64; 2]> = (0..log.len()).map(|row| log.sides(row, counted)).collect();
-    let stops = Stop::all(&log.time, &sides);
+    let stops = if scene.robot.drivetrain.stop_overrun > 0.0 {
+        let sides: Vec<[f64; 2]> = (0..log.len()).map(|row| log.sides(row, counted)).collect();
+        Stop::all(&log.time, &sides)
+    } else {
+        Vec::new()
+    };
     let wheels: Vec<Rotation> =
         scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &stops, counted)).collect();
     let start = run.start.unwrap_or_default();
@@ -111,6 +115,7 @@ struct Rotation {
 }
 
 impl Rotation {
+    /// `stops` are those after which wheels coast.
     fn of(scene: &Scene, wheel: &Wheel, log: &EncoderLog, stops: &[Stop], counted: &OdometryParameters) -> Rotation {
         let own = log.channels.iter().position(|channel| *channel == wheel.name);
         let counts = |row: usize| match own {
@@ -121,7 +126,7 @@ impl Rotation {
         let encoder: Vec<f64> =
             (0..log.len()).map(|row| (counts(row) - counts(0)) / (1.0 - wheel.count_loss)).collect();
         let overrun = drivetrain.stop_overrun;
-        let coastings = if overrun > 0.0 { Coasting::all(&log.time, stops, &encoder) } else { Vec::new() };
+        let coastings = Coasting::all(&log.time, stops, &encoder);
         let mut play = Play::new(drivetrain.backlash);
         let mut angle = vec![0.0];
         let mut coasted = coastings.iter().peekable();

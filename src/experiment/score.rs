@@ -252,12 +252,7 @@ fn one(
         Some(clean) => {
             let mut study = study_of(clean, simulator, options, Some(libraries))?;
             let found = study.diagnose()?;
-            let mut extended = Cause::edit_all(&found.causes, base);
-            extended.empirical.extend(&found.empirical);
-            extended.contact = found.other_tyres.map_or(extended.contact, |tyres| tyres.contact);
-            let motion = study.gain()?.map_or(0.0, |gain| gain.motion_error);
-            extended.robot.doubt = Doubt { motion, ..found.doubt };
-            extended.robot.residues = found.residues;
+            let extended = found.extended(base, study.gain()?.map_or(0.0, |gain| gain.motion_error));
             // A model that was moved by more than responses may err answers causes otherwise.
             let is_near = found.doubt.response < options.response_error[1];
             Some((Simulator::new(&extended, stop), is_near.then_some(libraries)))

@@ -1,13 +1,12 @@
 //! A robot of another hand: kinematics alone, which share nothing with the simulator but the data format. What is hidden in
 //! its logs is found all the same, though its wheels coast and wait as its maker pleased.
 
+use crate::diagnosis::diagnosed;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::{FRAC_PI_2, TAU};
-use std::sync::atomic::AtomicBool;
 use treadmark::dataset::{Campaign, Dataset, EncoderLog, EncoderUnit, PoseLog, Protocol, Rotation, Run, SurveyFacts};
-use treadmark::diagnose::{Diagnosis, Options, Study};
 use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::Simulator;
 use treadmark::geometry::Pose2;
@@ -16,11 +15,14 @@ use treadmark::scene::Scene;
 
 /// What it believes, and how its wheels roll.
 const BELIEVED: OdometryParameters = OdometryParameters {
-    left_wheel_radius: 0.042,
-    right_wheel_radius: 0.042,
-    track_width: 0.2,
-    ticks_per_revolution: Some(2796.8),
+    left_wheel_radius: RADIUS,
+    right_wheel_radius: RADIUS,
+    track_width: TRACK,
+    ticks_per_revolution: Some(TICKS),
 };
+const RADIUS: f64 = 0.042;
+const TRACK: f64 = 0.2;
+const TICKS: f64 = 2796.8;
 /// A step \[s\], and how many make a row of the encoders' log and of the poses'.
 const STEP: f64 = 0.01;
 const ROW: usize = 5;
@@ -75,7 +77,7 @@ impl Robot {
         let time = self.steps as f64 * STEP;
         if self.steps.is_multiple_of(ROW) {
             self.encoders.time.push(time);
-            self.encoders.counts.extend(self.counted.map(|angle| (angle / TAU * 2796.8).floor()));
+            self.encoders.counts.extend(self.counted.map(|angle| (angle / TAU * TICKS).floor()));
         }
         if self.steps.is_multiple_of(POSE) {
             let Pose2 { x, y, heading } = self.pose;
@@ -100,7 +102,7 @@ impl Robot {
         let at_corner = self.normal(SCATTER[0]);
         for step in 0..steps as usize {
             let angle = gone((step + 1) as f64 * STEP) - gone(step as f64 * STEP);
-            let off = if turns { at_corner * angle / way } else { self.normal(SCATTER[1]) * (0.042 * angle).sqrt() };
+            let off = if turns { at_corner * angle / way } else { self.normal(SCATTER[1]) * (RADIUS * angle).sqrt() };
             self.step(directions.map(|direction| direction * angle), off, true);
         }
         let coasting = (stops.coast / STEP).round();
@@ -115,24 +117,23 @@ impl Robot {
 
 /// A square of `side` \[m\].
 fn square(name: usize, side: f64, direction: Rotation, stops: Stops) -> Run {
-    let log = |channels: &[&str]| EncoderLog {
-        unit: EncoderUnit::Ticks,
-        channels: channels.iter().map(|&name| name.to_owned()).collect(),
-        time: Vec::new(),
-        counts: Vec::new(),
-    };
     let mut robot = Robot {
         rng: ChaCha8Rng::seed_from_u64(name as u64),
         pose: Pose2::IDENTITY,
         stretched: 1.0,
         counted: [0.0; 2],
         steps: 0,
-        encoders: log(&["left", "right"]),
+        encoders: EncoderLog {
+            unit: EncoderUnit::Ticks,
+            channels: ["left", "right"].map(str::to_owned).into(),
+            time: Vec::new(),
+            counts: Vec::new(),
+        },
         poses: PoseLog { time: Vec::new(), poses: Vec::new() },
     };
     robot.stretched += robot.normal(SCATTER[2]);
     robot.note();
-    let (way, corner) = (side / 0.042, FRAC_PI_2 * 0.1 / 0.042);
+    let (way, corner) = (side / RADIUS, FRAC_PI_2 * (0.5 * TRACK) / RADIUS);
     for _ in 0..4 {
         robot.leg(way, [1.0; 2], stops);
         robot.leg(corner, [-direction.sign(), direction.sign()], stops);
@@ -167,24 +168,17 @@ fn campaign(first: usize, stops: Stops) -> Dataset {
     Dataset { campaign, runs: driven.collect() }
 }
 
-fn diagnosed(model: &Scene, dataset: Dataset) -> Diagnosis {
-    let go_on = AtomicBool::new(false);
-    let simulator = Simulator::new(model, &go_on);
-    let mut study = Study::new(&[dataset], &[], &simulator, Options::default(), None, &|_, _| {}).expect("data");
-    study.diagnose().expect("it can be diagnosed")
+fn shipped() -> Scene {
+    Scene { time_step: Simulator::TIME_STEP, ..Scene::load("optiodom", "lab_floor").expect("shipped") }
 }
 
 /// Wheels go on by 0.03 rad as soon as they have stopped, and wait for a second. The model knows the robot from a campaign
 /// without.
 #[test]
 fn an_overrun_is_found_where_wheels_coast_at_once() {
-    let shipped = Scene { time_step: Simulator::TIME_STEP, ..Scene::load("optiodom", "lab_floor").expect("shipped") };
     let stops = |overrun| Stops { overrun, coast: 0.1, stand: 1.0 };
-    let clean = diagnosed(&shipped, campaign(0, stops(0.0)));
-    let mut model = Cause::edit_all(&clean.causes, &shipped);
-    model.robot.doubt = clean.doubt;
-    model.robot.residues = clean.residues;
-    let found = diagnosed(&model, campaign(100, stops(0.03)));
+    let model = diagnosed(&shipped(), &campaign(0, stops(0.0))).extended(&shipped(), 0.0);
+    let found = diagnosed(&model, &campaign(100, stops(0.03)));
     let [overrun] = &found.findings[..] else { panic!("{:#?}", found.findings) };
     assert_eq!((overrun.effect, &overrun.confounded_with[..]), ("stop_overrun", &[][..]));
     let angle = overrun.parameters[0];
@@ -195,9 +189,8 @@ fn an_overrun_is_found_where_wheels_coast_at_once() {
 /// Here causes serve at first with which together the robot tips over. That is no end of a diagnosis.
 #[test]
 fn causes_that_cannot_be_driven_together_are_no_answer() {
-    let shipped = Scene { time_step: Simulator::TIME_STEP, ..Scene::load("optiodom", "lab_floor").expect("shipped") };
     let scale = Effect::named("wheel_diameter_scale").expect("known");
-    let model = Cause { values: vec![0.003], ..scale.nothing() }.edit(&shipped);
-    let found = diagnosed(&model, campaign(0, Stops { overrun: 0.03, coast: 0.05, stand: 0.1 }));
+    let model = Cause { values: vec![0.003], ..scale.nothing() }.edit(&shipped());
+    let found = diagnosed(&model, &campaign(0, Stops { overrun: 0.03, coast: 0.05, stand: 0.1 }));
     assert!(found.findings.iter().any(|finding| finding.effect == "stop_overrun"), "{:#?}", found.findings);
 }

@@ -188,7 +188,7 @@ impl Tethered {
 }
 
 /// What a model says of a dataset.
-fn diagnosed(model: &Scene, dataset: &Dataset) -> Diagnosis {
+pub fn diagnosed(model: &Scene, dataset: &Dataset) -> Diagnosis {
     let simulator = Simulator::new(model, &GO_ON);
     let mut study = Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
         .expect("it is data");
