@@ -12,6 +12,7 @@ use std::path::PathBuf;
 mod error;
 mod protocol;
 mod read;
+mod stops;
 mod table;
 mod wire;
 mod write;
@@ -19,6 +20,7 @@ mod write;
 pub use error::{CsvProblem, DatasetError, Part};
 pub use protocol::{Protocol, Rotation, Travel};
 pub use read::read_stated_runs;
+pub use stops::Stop;
 
 /// One campaign: the same robot, the same on-board odometry parameters, the same survey.
 #[derive(Debug, Clone, PartialEq)]

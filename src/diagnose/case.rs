@@ -100,6 +100,9 @@ const MOST_READINGS: usize = 40;
 /// Readings of all runs together, as far as each keeps its share of at least a fifth.
 const READINGS: usize = 2000;
 
+/// How far the survey's clock may plausibly be from the encoders' where a stop is sought \[s\].
+const CLOCKS: f64 = 0.1;
+
 /// The runs of `datasets` that have anything to say: an end pose or poses, and a way to predict them, in the world of
 /// `scene`. Names of those left out come with the reason.
 pub(super) fn cases(datasets: &[Dataset], scene: &Scene) -> (Vec<Case>, Vec<String>) {
@@ -133,7 +136,7 @@ pub(super) fn cases(datasets: &[Dataset], scene: &Scene) -> (Vec<Case>, Vec<Stri
                 left_out.push(format!("{name}: without an encoder log, its way is not known"));
                 continue;
             }
-            let readings = readings(run, replayed, most);
+            let readings = readings(run, replayed, &counted, most);
             if readings.is_empty() {
                 left_out.push(format!("{name}: no pose was read"));
                 continue;
@@ -179,17 +182,27 @@ fn on_their_marks(cases: &mut [Case], noise: &NoiseModel) {
     }
 }
 
-/// The readings that take part. Poses on the way need an encoder log, which tells when the robot was where.
-fn readings(run: &Run, replayed: bool, most: usize) -> Vec<Reading> {
+/// The readings that take part. Poses on the way need an encoder log, which tells when the robot was where. What it does
+/// within a stop no log tells: it may coast on, at once or late. Such readings stay where there are too few others.
+fn readings(run: &Run, replayed: bool, counted: &OdometryParameters, most: usize) -> Vec<Reading> {
     if let (true, Some(log)) = (replayed, run.poses.as_ref().filter(|log| log.time.len() > 2)) {
         let encoders = run.encoders.as_ref().expect("a replayed run has a log");
         let (first, last) = (encoders.time[0] - 0.5, encoders.time[encoders.len() - 1] + 0.5);
         let overlap: Vec<usize> = (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
         if overlap.len() > 2 {
-            let rows = overlap.len().min(most);
+            let stops: Vec<_> = encoders
+                .stops(counted)
+                .iter()
+                .map(|stop| encoders.time[stop.from] - CLOCKS..=encoders.time[stop.until] + CLOCKS)
+                .collect();
+            let end = overlap[overlap.len() - 1];
+            let stands = |row: usize| stops.iter().any(|stop| stop.contains(&log.time[row]));
+            let moving: Vec<usize> = overlap.iter().copied().filter(|&row| row == end || !stands(row)).collect();
+            let from = if moving.len() < most { overlap } else { moving };
+            let rows = from.len().min(most);
             return (1..=rows)
                 .map(|k| {
-                    let row = overlap[k * overlap.len() / rows - 1];
+                    let row = from[k * from.len() / rows - 1];
                     let pose = log.poses[row];
                     Reading { stamp: Some(log.time[row]), x: pose.x, y: pose.y, heading: pose.heading }
                 })

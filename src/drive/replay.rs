@@ -2,7 +2,7 @@
 
 use super::error::DriveError;
 use super::run::{SETTLE, at_time, stream};
-use crate::dataset::{EncoderLog, Run};
+use crate::dataset::{EncoderLog, Run, Stop};
 use crate::geometry::{Pose2, Trace};
 use crate::odometry::{DeadReckoning, OdometryParameters};
 use crate::scene::{Scene, Side, Wheel};
@@ -14,10 +14,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const TRACE_RATE: f64 = 50.0;
 /// Time over which wheels that were turning when a log began are brought to their speed, and then held at it \[s\].
 const RUN_UP: [f64; 2] = [0.8, 0.4];
-/// How far a wheel turns at most in what may be a standstill \[rad\].
-const STILL: f64 = 3e-3;
-/// Standstill of both sides in a log after which wheels may have coasted \[s\].
-const STOP: f64 = 0.08;
+/// How far a wheel has turned at least on what is a way \[rad\].
+const WAY: f64 = 9e-3;
 /// How long they are taken to do so \[s\]: no log tells, and it matters to readings within a stop alone. Wheels that are let go
 /// take less; those of a simulated run take twice as long, so that tyres do not wind up.
 const COASTS: f64 = 0.2;
@@ -37,12 +35,7 @@ pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &Ato
         return Err(DriveError::NoLog { run: run.name.clone() });
     };
     let scene = &at_time(scene, run.started);
-    let stops = if scene.robot.drivetrain.stop_overrun > 0.0 {
-        let sides: Vec<[f64; 2]> = (0..log.len()).map(|row| log.sides(row, counted)).collect();
-        Stop::all(&log.time, &sides)
-    } else {
-        Vec::new()
-    };
+    let stops = if scene.robot.drivetrain.stop_overrun > 0.0 { log.stops(counted) } else { Vec::new() };
     let wheels: Vec<Rotation> =
         scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &stops, counted)).collect();
     let start = run.start.unwrap_or_default();
@@ -177,44 +170,6 @@ fn initial_speed(time: &[f64], angle: &[f64]) -> f64 {
     if speed.abs() < 0.05 + 0.3 * second.abs() { 0.0 } else { speed }
 }
 
-/// A stop in a log: its first and last row without a count on either side.
-struct Stop {
-    from: usize,
-    until: usize,
-}
-
-impl Stop {
-    /// After each way that ends in a standstill of both sides; `sides` are their angles by row \[rad\].
-    fn all(time: &[f64], sides: &[[f64; 2]]) -> Vec<Stop> {
-        let apart = |a: usize, b: usize| (0..2).map(|i| (sides[a][i] - sides[b][i]).abs()).fold(0.0, f64::max);
-        let mut found: Vec<Stop> = Vec::new();
-        let rows = time.len();
-        let (mut from, mut way_began) = (0, 0);
-        while from < rows {
-            let last = (from..rows).take_while(|&row| apart(row, from) < STILL).last().unwrap_or(from);
-            let next = last + 1;
-            let long = time[last] - time[from] >= STOP || next == rows;
-            // The last rows of the way, and the first of the next one, are within STILL too. A log whose counts never rest has
-            // nothing to tell them by.
-            let rest = |row: &usize| apart(*row, row - 1) == 0.0;
-            let rests = (from + 1..next).rev().find(rest);
-            let until = rests.unwrap_or(last);
-            // A controller that creeps up on its goal makes one stop look like two.
-            let still_there = apart(from, way_began) <= 3.0 * STILL;
-            if long && !(still_there && found.is_empty()) {
-                if still_there {
-                    found.pop();
-                }
-                let stands = |row: &usize| rests.is_none() || apart(*row, until) == 0.0;
-                found.push(Stop { from: (from..until).rev().take_while(stands).last().unwrap_or(until), until });
-                way_began = until;
-            }
-            from = next;
-        }
-        found
-    }
-}
-
 /// What a wheel does after a stop while nobody counts.
 struct Coasting {
     /// Rows of the standstill.
@@ -232,7 +187,7 @@ impl Coasting {
     fn all(time: &[f64], stops: &[Stop], encoder: &[f64]) -> Vec<Coasting> {
         let ways = std::iter::once(0).chain(stops.iter().map(|stop| stop.until)).zip(stops);
         ways.map(|(began, stop)| (stop, encoder[stop.from] - encoder[began]))
-            .filter(|(_, way)| way.abs() > 3.0 * STILL)
+            .filter(|(_, way)| way.abs() > WAY)
             .map(|(&Stop { from, until }, way)| Coasting {
                 from,
                 until,
@@ -271,58 +226,18 @@ fn before(odometry: &OdometryParameters, wheels: &[Rotation], scene: &Scene, sta
 mod tests {
     use super::*;
 
-    /// Angle of a wheel at `time`, which follows a straight of `way` \[rad\], pauses, and turns on the spot: the left one backwards.
-    fn wheel(time: f64, way: f64, pause: f64, sign: f64) -> f64 {
-        let (rate, acceleration) = (2.4, 4.8);
-        let ramp = rate / acceleration;
-        let on = |time: f64| {
-            let (total, time) = (way / rate + ramp, time.max(0.0));
-            let rest = (total - time).max(0.0);
-            let (up, down) = (0.5 * acceleration * time * time, way - 0.5 * acceleration * rest * rest);
-            if time < ramp {
-                up
-            } else if rest < ramp {
-                down
-            } else {
-                rate * (time - 0.5 * ramp)
-            }
-        };
-        on(time) + sign * on(time - way / rate - ramp - pause)
-    }
-
+    /// Forward, a stop, backward, a stop, a stop again.
     #[test]
-    fn stops_are_found_where_counts_end_however_short_they_are() {
-        let (way, tick) = (12.0, TAU / 2796.8);
-        let arrives = way / 2.4 + 0.5;
-        for pause in [0.08, 0.4, 2.0] {
-            for rate in [20.0, 50.0] {
-                let end = 2.0 * arrives + pause + 0.5;
-                let time: Vec<f64> = (0..(end * rate) as usize).map(|row| row as f64 / rate).collect();
-                let counted = |angle: f64| (angle / tick).floor() * tick;
-                let sides = |&time: &f64| [-1.0, 1.0].map(|sign| counted(wheel(time, way, pause, sign)));
-                let sides: Vec<[f64; 2]> = time.iter().map(sides).collect();
-                let stops = Stop::all(&time, &sides);
-                let began: Vec<f64> = stops.iter().map(|stop| time[stop.from]).collect();
-                assert_eq!(stops.len(), 2, "{pause} s at {rate} Hz: {began:?}");
-                // To a row, and to the time that the last tick takes.
-                let known_to = 1.0 / rate + (2.0 * tick / 4.8).sqrt() + 1e-9;
-                for (began, expected) in began.iter().zip([arrives, 2.0 * arrives + pause]) {
-                    assert!((began - expected).abs() < known_to, "{pause} s at {rate} Hz: {began} for {expected}");
-                }
-                // Where counts never rest, a stop is as long as they hardly move.
-                let restless = |(row, sides): (usize, &[f64; 2])| sides.map(|side| side + 1e-5 * (row % 7) as f64);
-                let restless: Vec<[f64; 2]> = sides.iter().enumerate().map(restless).collect();
-                let restless = Stop::all(&time, &restless);
-                assert_eq!(restless.len(), 2, "{pause} s at {rate} Hz");
-                for (stop, known) in restless.iter().zip(&stops) {
-                    let [longer, long] = [stop, known].map(|stop| time[stop.until] - time[stop.from]);
-                    assert!(longer >= long, "{pause} s at {rate} Hz: {longer} s for {long} s");
-                }
-                let left: Vec<f64> = sides.iter().map(|sides| sides[0]).collect();
-                let directions: Vec<f64> =
-                    Coasting::all(&time, &stops, &left).iter().map(|coasting| coasting.direction).collect();
-                assert_eq!(directions, [1.0, -1.0]);
-            }
+    fn wheels_coast_on_as_they_went() {
+        let time: Vec<f64> = (0..60).map(|row| 0.1 * f64::from(row)).collect();
+        let angle = |time: f64| time.min(1.0) - (time - 2.0).clamp(0.0, 1.0);
+        let angles: Vec<f64> = time.iter().map(|&time| angle(time)).collect();
+        let stops = [[10, 20], [30, 40], [50, 59]].map(|[from, until]| Stop { from, until });
+        let coastings = Coasting::all(&time, &stops, &angles);
+        let went: Vec<(f64, f64)> = coastings.iter().map(|coasting| (coasting.began, coasting.direction)).collect();
+        assert_eq!(went, [(time[10], 1.0), (time[30], -1.0)]);
+        for (row, part) in [(10, 0.0), (11, 0.5), (12, 1.0), (20, 1.0)] {
+            assert!((coastings[0].part(time[row]) - part).abs() < 1e-12, "{row}");
         }
     }
 }
