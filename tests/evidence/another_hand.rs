@@ -7,7 +7,6 @@ use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use treadmark::dataset::{Campaign, Dataset, EncoderLog, EncoderUnit, PoseLog, Protocol, Rotation, Run, SurveyFacts};
-use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::Simulator;
 use treadmark::geometry::Pose2;
 use treadmark::odometry::OdometryParameters;
@@ -187,13 +186,4 @@ fn an_overrun_is_found_however_wheels_coast() {
         let std_dev = angle.std_dev.expect("it was sought");
         assert!((angle.value - 0.03).abs() < 3.0 * std_dev && std_dev < 0.003, "{angle:?}");
     }
-}
-
-/// Here causes serve at first with which together the robot tips over. That is no end of a diagnosis.
-#[test]
-fn causes_that_cannot_be_driven_together_are_no_answer() {
-    let scale = Effect::named("wheel_diameter_scale").expect("known");
-    let model = Cause { values: vec![0.003], ..scale.nothing() }.edit(&shipped());
-    let found = diagnosed(&model, &campaign(0, Stops { overrun: 0.03, coast: 0.05, stand: 0.1 }));
-    assert!(found.findings.iter().any(|finding| finding.effect == "stop_overrun"), "{:#?}", found.findings);
 }
