@@ -1,6 +1,6 @@
 //! The runs as a diagnosis sees them: what was read where, and which runs repeat one another.
 
-use crate::dataset::{Dataset, Protocol, Run};
+use crate::dataset::{Dataset, PoseLog, Protocol, Run};
 use crate::geometry::Pose2;
 use crate::odometry::{DeadReckoning, OdometryParameters};
 use crate::scene::{NoiseModel, Scene, Survey};
@@ -100,6 +100,8 @@ const MOST_READINGS: usize = 40;
 /// Readings of all runs together, as far as each keeps its share of at least a fifth.
 const READINGS: usize = 2000;
 
+/// Readings of one run that are drawn: no polygon where it was a circle.
+const DRAWN: usize = 240;
 /// How far the survey's clock may plausibly be from the encoders' where a stop is sought \[s\].
 const CLOCKS: f64 = 0.1;
 
@@ -182,37 +184,49 @@ fn on_their_marks(cases: &mut [Case], noise: &NoiseModel) {
     }
 }
 
-/// The readings that take part. Poses on the way need an encoder log, which tells when the robot was where. What it does
-/// within a stop no log tells: it may coast on, at once or late. Such readings stay where there are too few others.
+/// Rows of the poses that were read on the way. They need an encoder log, which tells when the robot was where.
+fn on_the_way(run: &Run, replayed: bool) -> Option<(&PoseLog, Vec<usize>)> {
+    let log = run.poses.as_ref().filter(|log| replayed && log.time.len() > 2)?;
+    let encoders = run.encoders.as_ref()?;
+    let (first, last) = (encoders.time[0] - 0.5, encoders.time[encoders.len() - 1] + 0.5);
+    let rows: Vec<usize> = (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
+    (rows.len() > 2).then_some((log, rows))
+}
+
+/// At most so many of `rows`, evenly, with the last one.
+fn thinned(log: &PoseLog, rows: &[usize], most: usize) -> Vec<Reading> {
+    let count = rows.len().min(most);
+    let of = |row: usize| {
+        let pose = log.poses[row];
+        Reading { stamp: Some(log.time[row]), x: pose.x, y: pose.y, heading: pose.heading }
+    };
+    (1..=count).map(|k| of(rows[k * rows.len() / count - 1])).collect()
+}
+
+/// The readings that take part. What the robot does within a stop no log tells: it may coast on, at once or late. Such readings
+/// stay where there are too few others.
 fn readings(run: &Run, replayed: bool, counted: &OdometryParameters, most: usize) -> Vec<Reading> {
-    if let (true, Some(log)) = (replayed, run.poses.as_ref().filter(|log| log.time.len() > 2)) {
-        let encoders = run.encoders.as_ref().expect("a replayed run has a log");
-        let (first, last) = (encoders.time[0] - 0.5, encoders.time[encoders.len() - 1] + 0.5);
-        let overlap: Vec<usize> = (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
-        if overlap.len() > 2 {
-            let stops: Vec<_> = encoders
-                .stops(counted)
-                .iter()
-                .map(|stop| encoders.time[stop.from] - CLOCKS..=encoders.time[stop.until] + CLOCKS)
-                .collect();
-            let end = overlap[overlap.len() - 1];
-            let stands = |row: usize| stops.iter().any(|stop| stop.contains(&log.time[row]));
-            let moving: Vec<usize> = overlap.iter().copied().filter(|&row| row == end || !stands(row)).collect();
-            let from = if moving.len() < most { overlap } else { moving };
-            let rows = from.len().min(most);
-            return (1..=rows)
-                .map(|k| {
-                    let row = from[k * from.len() / rows - 1];
-                    let pose = log.poses[row];
-                    Reading { stamp: Some(log.time[row]), x: pose.x, y: pose.y, heading: pose.heading }
-                })
-                .collect();
-        }
+    if let (Some((log, rows)), Some(encoders)) = (on_the_way(run, replayed), &run.encoders) {
+        let stops: Vec<_> = encoders
+            .stops(counted)
+            .iter()
+            .map(|stop| encoders.time[stop.from] - CLOCKS..=encoders.time[stop.until] + CLOCKS)
+            .collect();
+        let end = rows[rows.len() - 1];
+        let stands = |row: usize| stops.iter().any(|stop| stop.contains(&log.time[row]));
+        let moving: Vec<usize> = rows.iter().copied().filter(|&row| row == end || !stands(row)).collect();
+        return thinned(log, if moving.len() < most { &rows } else { &moving }, most);
     }
     run.end.map(|end| Reading { stamp: None, x: end.x, y: end.y, heading: end.heading }).into_iter().collect()
 }
 
 impl Case {
+    /// The same run with so many readings that its way can be drawn.
+    pub fn drawn(&self) -> Case {
+        let readings = on_the_way(&self.run, self.replayed).map(|(log, rows)| thinned(log, &rows, DRAWN));
+        Case { readings: readings.unwrap_or_else(|| self.readings.clone()), ..self.clone() }
+    }
+
     /// The dead-reckoned way at fractions of the run's time, in `steps` steps.
     pub fn reckoned(&self, steps: usize) -> Vec<Pose2> {
         let Some(log) = self.run.encoders.as_ref().filter(|_| self.replayed) else { return Vec::new() };

@@ -1,5 +1,6 @@
 //! Where and how much a model is wrong, condition by condition and run by run.
 
+use super::case::Case;
 use super::variant::Axis;
 use super::{ForwardModel, Study};
 use crate::dataset::SurveyedPose;
@@ -96,17 +97,17 @@ pub(super) fn misfit(study: &Study<'_>) -> Misfit {
     Misfit { chi2, dof, p_value, conditions }
 }
 
-/// Readings of every run beside those predicted as given and under `at`.
+/// Readings of every run, enough to draw its way, beside those predicted as given and under `at`.
 pub(super) fn run_readings(study: &Study<'_>, given: &Study<'_>, at: &[(Axis, f64)]) -> Vec<RunReadings> {
-    let read = |study: &Study<'_>, cluster: usize, run: usize, at: &[(Axis, f64)]| {
+    let read = |study: &Study<'_>, cluster: usize, (run, drawn): (usize, &Case), at: &[(Axis, f64)]| {
         let survey = study.surrogate.survey_of(study.model.scene(), at, &study.variants);
         let path = study.surrogate.path(cluster, run, at, &study.variants);
-        study.surrogate.readings(&study.cases[run], &study.surrogate.ways[run], &path, &survey)
+        study.surrogate.readings(drawn, &study.surrogate.ways[run], &path, &survey)
     };
     let mut runs: Vec<(usize, RunReadings)> = Vec::new();
     for (index, cluster) in study.clusters.iter().enumerate() {
         for &run in &cluster.runs {
-            let case = &study.cases[run];
+            let case = study.cases[run].drawn();
             let measured = case.readings.iter().map(|r| SurveyedPose { x: r.x, y: r.y, heading: r.heading }).collect();
             runs.push((
                 run,
@@ -116,8 +117,8 @@ pub(super) fn run_readings(study: &Study<'_>, given: &Study<'_>, at: &[(Axis, f6
                     held_out: study.held_out[run],
                     stamps: case.readings.iter().map(|reading| reading.stamp).collect(),
                     measured,
-                    before: read(given, index, run, &[]),
-                    after: read(study, index, run, at),
+                    before: read(given, index, (run, &case), &[]),
+                    after: read(study, index, (run, &case), at),
                 },
             ));
         }
