@@ -5,8 +5,9 @@ use crate::odometry::OdometryParameters;
 
 /// How far a wheel turns at most in what may be a standstill \[rad\].
 const STILL: f64 = 3e-3;
-/// How long a standstill is at least \[s\].
+/// How long a standstill is at least \[s\], and at the end of a log, which may have been cut off.
 const STOP: f64 = 0.08;
+const LAST_STOP: f64 = 0.03;
 
 /// A stop in a log: its first and last row without a count on either side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,7 +36,7 @@ impl Stop {
         while from < rows {
             let last = (from..rows).take_while(|&row| apart(row, from) < STILL).last().unwrap_or(from);
             let next = last + 1;
-            let long = time[last] - time[from] >= STOP || next == rows;
+            let long = time[last] - time[from] >= if next == rows { LAST_STOP } else { STOP };
             // The last rows of the way, and the first of the next one, are within STILL too. A log whose counts never rest has
             // nothing to tell them by.
             let rest = |row: &usize| apart(*row, row - 1) == 0.0;
@@ -100,6 +101,9 @@ mod tests {
                 for (began, expected) in began.iter().zip([arrives, 2.0 * arrives + pause]) {
                     assert!((began - expected).abs() < known_to, "{pause} s at {rate} Hz: {began} for {expected}");
                 }
+                // A log that ends on the way ends in no stop.
+                let cut = time.partition_point(|&time| time < arrives + pause + 0.6 * arrives);
+                assert_eq!(Stop::all(&time[..cut], &sides[..cut]), stops[..1], "{pause} s at {rate} Hz");
                 // Where counts never rest, a stop is as long as they hardly move.
                 let restless = |(row, sides): (usize, &[f64; 2])| sides.map(|side| side + 1e-5 * (row % 7) as f64);
                 let restless: Vec<[f64; 2]> = sides.iter().enumerate().map(restless).collect();
