@@ -194,17 +194,35 @@ fn on_the_way(run: &Run, replayed: bool) -> Option<(&PoseLog, Vec<usize>)> {
 }
 
 /// At most so many of `rows`, evenly, with the last one.
-fn thinned(log: &PoseLog, rows: &[usize], most: usize) -> Vec<Reading> {
+fn thinned(rows: &[usize], most: usize) -> Vec<usize> {
     let count = rows.len().min(most);
-    let of = |row: usize| {
+    (1..=count).map(|k| rows[k * rows.len() / count - 1]).collect()
+}
+
+/// Moves each of `rows` to the nearest of `others` that the one before did not take; there are no fewer of those. Both rise.
+fn move_to_nearest(rows: &mut [usize], others: &[usize]) {
+    let (count, mut free) = (rows.len(), 0);
+    for (k, row) in rows.iter_mut().enumerate() {
+        let after = others.partition_point(|other| other < row).min(others.len() - 1);
+        let before = after.saturating_sub(1);
+        let nearest = if row.abs_diff(others[before]) < row.abs_diff(others[after]) { before } else { after };
+        let place = nearest.clamp(free, others.len() - (count - k));
+        *row = others[place];
+        free = place + 1;
+    }
+}
+
+/// What was read at these rows.
+fn read(log: &PoseLog, rows: &[usize]) -> Vec<Reading> {
+    let of = |&row: &usize| {
         let pose = log.poses[row];
         Reading { stamp: Some(log.time[row]), x: pose.x, y: pose.y, heading: pose.heading }
     };
-    (1..=count).map(|k| of(rows[k * rows.len() / count - 1])).collect()
+    rows.iter().map(of).collect()
 }
 
-/// The readings that take part. What the robot does within a stop no log tells: it may coast on, at once or late. Such readings
-/// stay where there are too few others.
+/// The readings that take part. What the robot does within a stop no log tells: it may coast on, at once or late. Readings there
+/// give way to the nearest before or after, which tell as well where a leg ends; they stay where there are too few others.
 fn readings(run: &Run, replayed: bool, counted: &OdometryParameters, most: usize) -> Vec<Reading> {
     if let (Some((log, rows)), Some(encoders)) = (on_the_way(run, replayed), &run.encoders) {
         let stops: Vec<_> = encoders
@@ -215,7 +233,11 @@ fn readings(run: &Run, replayed: bool, counted: &OdometryParameters, most: usize
         let end = rows[rows.len() - 1];
         let stands = |row: usize| stops.iter().any(|stop| stop.contains(&log.time[row]));
         let moving: Vec<usize> = rows.iter().copied().filter(|&row| row == end || !stands(row)).collect();
-        return thinned(log, if moving.len() < most { &rows } else { &moving }, most);
+        let mut chosen = thinned(&rows, most);
+        if moving.len() >= chosen.len() {
+            move_to_nearest(&mut chosen, &moving);
+        }
+        return read(log, &chosen);
     }
     run.end.map(|end| Reading { stamp: None, x: end.x, y: end.y, heading: end.heading }).into_iter().collect()
 }
@@ -223,7 +245,7 @@ fn readings(run: &Run, replayed: bool, counted: &OdometryParameters, most: usize
 impl Case {
     /// The same run with so many readings that its way can be drawn.
     pub fn drawn(&self) -> Case {
-        let readings = on_the_way(&self.run, self.replayed).map(|(log, rows)| thinned(log, &rows, DRAWN));
+        let readings = on_the_way(&self.run, self.replayed).map(|(log, rows)| read(log, &thinned(&rows, DRAWN)));
         Case { readings: readings.unwrap_or_else(|| self.readings.clone()), ..self.clone() }
     }
 
@@ -306,4 +328,24 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
 /// Whether two starts are the same mark, to what a survey can tell and a floor can matter.
 pub(super) fn near(a: Pose2, b: Pose2) -> bool {
     a.distance(b) < 0.05 && (a.heading - b.heading).abs() < 0.05
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn readings_give_way_to_the_nearest_that_are_free() {
+        let moved = |mut rows: Vec<usize>, others: &[usize]| {
+            move_to_nearest(&mut rows, others);
+            rows
+        };
+        let moving = [0, 1, 2, 8, 9, 10, 11, 12];
+        assert_eq!(moved(vec![1, 9, 12], &moving), [1, 9, 12]);
+        assert_eq!(moved(vec![1, 4, 6, 12], &moving), [1, 2, 8, 12]);
+        // Where several would take the same, the later ones go on, and leave enough for those after.
+        assert_eq!(moved(vec![3, 4, 5, 6, 7], &moving), [2, 8, 9, 10, 11]);
+        assert_eq!(moved(vec![9, 10, 11, 12], &[0, 1, 9, 12]), [0, 1, 9, 12]);
+        assert_eq!(thinned(&moving, 3), [1, 9, 12]);
+    }
 }
