@@ -2,7 +2,7 @@
 
 use super::Study;
 use super::search::{Set, axes_of};
-use super::variant::Variant;
+use super::variant::{Axis, Variant};
 use crate::effect::Prior;
 use nalgebra::{Cholesky, DMatrix};
 
@@ -33,7 +33,8 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
     let mut list: Vec<Blind> = Vec::new();
     let places: Vec<&str> = study.variants.iter().filter(|v| v.place().is_some()).map(|v| v.effect.id).collect();
     for (index, variant) in study.variants.iter().enumerate().filter(|(_, variant)| variant.is_cause()) {
-        let own: Vec<usize> = (0..axes.len()).filter(|&k| axes[k].variant == index).collect();
+        let is_own = |axis: &Axis| axis.variant == index && axis.coordinate < variant.own_parameters();
+        let own: Vec<usize> = (0..axes.len()).filter(|&k| is_own(&axes[k])).collect();
         let information: Vec<f64> = own.iter().map(|&k| gram[(k, k)]).collect();
         let smallest = |value: f64| if value > 1e-12 { SHOWN / value.sqrt() } else { f64::INFINITY };
         let names = parameter_names(variant);

@@ -10,6 +10,8 @@ use crate::scene::{NoiseModel, Scene, Survey};
 pub(super) struct Case {
     /// Name of its campaign and its own.
     pub name: String,
+    /// Index of its campaign: each has a survey and clocks of its own.
+    pub campaign: usize,
     pub run: Run,
     /// What the wheels' counts mean.
     pub counted: OdometryParameters,
@@ -42,6 +44,8 @@ pub(super) struct Cluster {
     pub runs: Vec<usize>,
     /// Index of the condition that it belongs to.
     pub condition: usize,
+    /// Index of the campaign that it belongs to.
+    pub campaign: usize,
 }
 
 impl Cluster {
@@ -106,14 +110,14 @@ const DRAWN: usize = 240;
 const CLOCKS: f64 = 0.1;
 
 /// The runs of `datasets` that have anything to say: an end pose or poses, and a way to predict them, in the world of
-/// `scene`. Names of those left out come with the reason.
-pub(super) fn cases(datasets: &[Dataset], scene: &Scene) -> (Vec<Case>, Vec<String>) {
+/// `scene`. Names of those left out come with the reason. Campaigns are numbered from `first` on.
+pub(super) fn cases(datasets: &[Dataset], first: usize, scene: &Scene) -> (Vec<Case>, Vec<String>) {
     let fallback = &scene.robot.odometry;
     let mut cases = Vec::new();
     let mut left_out = Vec::new();
     let runs: usize = datasets.iter().map(|dataset| dataset.runs.len()).sum();
     let most = (READINGS / runs.max(1)).clamp(MOST_READINGS / 5, MOST_READINGS);
-    for dataset in datasets {
+    for (campaign, dataset) in (first..).zip(datasets) {
         let counted = dataset.campaign.odometry.unwrap_or(*fallback);
         let counted = OdometryParameters {
             ticks_per_revolution: counted
@@ -122,7 +126,7 @@ pub(super) fn cases(datasets: &[Dataset], scene: &Scene) -> (Vec<Case>, Vec<Stri
                 .or(fallback.ticks_per_revolution),
             ..counted
         };
-        let first = cases.len();
+        let own = cases.len();
         for run in &dataset.runs {
             let name = format!("{}/{}", dataset.campaign.name, run.name);
             let both_sides = |log: &crate::dataset::EncoderLog| {
@@ -146,16 +150,21 @@ pub(super) fn cases(datasets: &[Dataset], scene: &Scene) -> (Vec<Case>, Vec<Stri
             let on_the_way = readings.iter().any(|reading| reading.stamp.is_some());
             let frame_stamp = run.poses.as_ref().filter(|_| on_the_way).and_then(|log| log.time.first().copied());
             let hours = run.started.unwrap_or(0.0) / 3600.0;
-            cases.push(Case { name, run: run.clone(), counted, replayed, readings, frame_stamp, hours });
+            cases.push(Case { name, campaign, run: run.clone(), counted, replayed, readings, frame_stamp, hours });
         }
-        let noise = NoiseModel::prior(&Survey {
-            position_std: dataset.campaign.survey.position_std.unwrap_or(scene.survey.position_std),
-            heading_std: dataset.campaign.survey.heading_std.unwrap_or(scene.survey.heading_std),
-            ..scene.survey
-        });
-        on_their_marks(&mut cases[first..], &noise);
+        on_their_marks(&mut cases[own..], &NoiseModel::prior(&survey_of(dataset, scene)));
     }
     (cases, left_out)
+}
+
+/// How a campaign was surveyed, as far as it says so.
+pub(super) fn survey_of(dataset: &Dataset, scene: &Scene) -> Survey {
+    let stated = &dataset.campaign.survey;
+    Survey {
+        position_std: stated.position_std.unwrap_or(scene.survey.position_std),
+        heading_std: stated.heading_std.unwrap_or(scene.survey.heading_std),
+        ..scene.survey
+    }
 }
 
 /// Draws surveyed starts of one mark to their mean, by as much as survey noise alone makes them differ [James & Stein 1961]:
@@ -243,6 +252,11 @@ fn readings(run: &Run, replayed: bool, counted: &OdometryParameters, most: usize
 }
 
 impl Case {
+    /// Name of its campaign.
+    pub fn campaign_name(&self) -> &str {
+        self.name.strip_suffix(&self.run.name).map_or(&self.name, |campaign| campaign.trim_end_matches('/'))
+    }
+
     /// The same run with so many readings that its way can be drawn.
     pub fn drawn(&self) -> Case {
         let readings = on_the_way(&self.run, self.replayed).map(|(log, rows)| read(log, &thinned(&rows, DRAWN)));
@@ -286,6 +300,14 @@ impl Case {
     }
 }
 
+/// The campaigns with poses on the way, which have clocks.
+pub(super) fn with_clocks(cases: &[Case]) -> Vec<usize> {
+    let mut campaigns: Vec<usize> =
+        cases.iter().filter(|case| case.frame_stamp.is_some()).map(|case| case.campaign).collect();
+    campaigns.dedup();
+    campaigns
+}
+
 /// Groups runs that repeat one another, and names the conditions. `apart` keeps runs with different start times apart.
 pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condition>) {
     const STEPS: usize = 40;
@@ -301,7 +323,8 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
         let alike = |(cluster, way): &(Cluster, Vec<Pose2>)| {
             let reference = &cases[cluster.reference];
             let length: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
-            cluster.condition == condition
+            cluster.campaign == case.campaign
+                && cluster.condition == condition
                 && reference.replayed == case.replayed
                 && reference.readings.len() == case.readings.len()
                 && reference
@@ -319,7 +342,10 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
         };
         match clusters.iter_mut().find(|entry| alike(entry)) {
             Some((cluster, _)) => cluster.runs.push(index),
-            None => clusters.push((Cluster { reference: index, runs: vec![index], condition }, reckoned)),
+            None => {
+                let campaign = case.campaign;
+                clusters.push((Cluster { reference: index, runs: vec![index], condition, campaign }, reckoned));
+            }
         }
     }
     (clusters.into_iter().map(|(cluster, _)| cluster).collect(), conditions)

@@ -32,8 +32,10 @@ pub struct Diagnosis {
     pub probabilities: Vec<(Option<&'static str>, f64)>,
     /// What these data could not have shown.
     pub blind_to: Vec<Blind>,
-    /// Sizes of the noise.
+    /// Sizes of the noise; root mean squares over several campaigns.
     pub noise: NoiseModel,
+    /// Where clocks disagree in several campaigns, by how much in each.
+    pub clocks: Vec<Clock>,
     /// The causes of the best answer, as an extended model holds them: where its responses are in doubt, of such sizes that
     /// they predict best as they are, which is not what is stated of them.
     pub causes: Vec<Cause>,
@@ -90,6 +92,17 @@ pub struct Found {
     pub value: f64,
     /// 1 σ; `None`: not sought.
     pub std_dev: Option<f64>,
+}
+
+/// What the clocks of one campaign disagree by.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Clock {
+    /// Its name.
+    pub campaign: String,
+    /// Pose stamp − encoder stamp \[s\].
+    pub offset: f64,
+    /// 1 σ \[s\].
+    pub std_dev: f64,
 }
 
 /// A hypothesis and what the data say of it.

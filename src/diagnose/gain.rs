@@ -85,7 +85,7 @@ fn folds(study: &Study<'_>) -> (Vec<Vec<usize>>, String) {
 pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError> {
     let everyone = study.counts.clone();
     let mut other = study.on_other_tyres.take();
-    let noises = [Some(study.noise), other.as_ref().map(|other| other.noise)];
+    let noises = [Some(study.noise.clone()), other.as_ref().map(|other| other.noise.clone())];
     let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
     let is_named = !named.is_empty();
     let (folds, words) =
@@ -117,7 +117,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         }
         let (given, answered) = (study.problem(everyone.clone()), answering.problem(everyone.clone()));
         for (index, cluster) in study.clusters.iter().enumerate() {
-            let covariance = answering.shapes[index].covariance(&answering.noise);
+            let covariance = answering.shapes[index].covariance(&answering.noise[cluster.campaign]);
             for &run in cluster.runs.iter().filter(|run| fold.contains(run)) {
                 let predicted = [given.predict(index, run, &[]), answered.predict(index, run, &at)];
                 errors.push(end_errors(study, run, predicted, &covariance));

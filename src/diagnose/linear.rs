@@ -111,7 +111,7 @@ struct Mean {
 impl Problem<'_> {
     /// Predicted readings of one run, flattened.
     pub fn predict(&self, cluster: usize, run: usize, at: &Coordinates) -> DVector<f64> {
-        let survey = self.surrogate.survey_of(self.scene, at, self.variants);
+        let survey = self.surrogate.survey_in(self.cases[run].campaign, self.scene, at, self.variants);
         self.predict_with(cluster, run, at, &survey)
     }
 
@@ -155,19 +155,24 @@ impl Problem<'_> {
         for (index, cluster) in self.clusters.iter().enumerate() {
             let factor = self.factors[index].l_dirty();
             let reference = cluster.reference;
+            let by_own =
+                |survey, at: &Coordinates| self.surrogate.by_clocks_of(cluster.campaign, survey, at, self.variants);
+            let survey = by_own(survey, at);
             let (case, way) = (&self.cases[reference], &self.surrogate.ways[reference]);
             let steps = self.surrogate.steps(index, reference, at, self.variants);
             let path = compose(way.start, &steps);
-            let read = |path: &[Pose2], survey| flatten(case, &self.surrogate.readings(case, way, path, survey));
+            let read =
+                |path: &[Pose2], survey: &Survey| flatten(case, &self.surrogate.readings(case, way, path, survey));
             let here = read(&path, &survey);
             let mut jacobian = DMatrix::zeros(here.len(), axes.len());
             for (column, (axis, (moved, survey, step))) in axes.iter().zip(&shifted).enumerate() {
+                let survey = by_own(*survey, moved);
                 let hourly = self.variants[axis.variant].coordinates[axis.coordinate].hourly;
                 let there = if hourly {
-                    self.predict_at_an_hour(index, reference, at, moved, survey)
+                    self.predict_at_an_hour(index, reference, at, moved, &survey)
                 } else {
                     let to = self.surrogate.path_beyond((index, reference), (at, &steps), moved, self.variants);
-                    read(to.as_deref().unwrap_or(&path), survey) - &here
+                    read(to.as_deref().unwrap_or(&path), &survey) - &here
                 };
                 jacobian.set_column(column, &(there / *step));
             }
@@ -564,6 +569,7 @@ pub(super) fn shapes(
     at: &Coordinates,
 ) -> Vec<Shapes> {
     let survey = surrogate.survey_of(scene, at, variants);
+    let survey_in = |campaign| surrogate.by_clocks_of(campaign, survey, at, variants);
     clusters
         .iter()
         .enumerate()
@@ -571,7 +577,7 @@ pub(super) fn shapes(
             let reference = cluster.reference;
             let (case, way) = (&cases[reference], &surrogate.ways[reference]);
             let path = surrogate.path(index, reference, at, variants);
-            shapes_of(surrogate, case, way, &path, &survey)
+            shapes_of(surrogate, case, way, &path, &survey_in(cluster.campaign))
         })
         .collect()
 }
@@ -598,9 +604,10 @@ struct Changed<'p> {
 
 impl<'p> Changed<'p> {
     fn by(problem: &'p Problem<'p>, cluster: usize, at: &Coordinates) -> Changed<'p> {
-        let (surrogate, reference) = (problem.surrogate, problem.clusters[cluster].reference);
+        let surrogate = problem.surrogate;
+        let &Cluster { reference, campaign, .. } = &problem.clusters[cluster];
         let (case, way) = (&problem.cases[reference], &surrogate.ways[reference]);
-        let survey = surrogate.survey_of(problem.scene, at, problem.variants);
+        let survey = surrogate.survey_in(campaign, problem.scene, at, problem.variants);
         let steps = surrogate.steps(cluster, reference, at, problem.variants);
         let mut changed = Changed { surrogate, case, way, survey, steps, readings: DVector::zeros(0) };
         changed.readings = changed.read(&changed.steps);

@@ -73,7 +73,7 @@ pub(super) fn misfit(study: &Study<'_>) -> Misfit {
         let runs = residuals.len();
         let count = runs as f64;
         let mean = residuals.iter().fold(DVector::zeros(parts), |sum, r| sum + r) / count;
-        let full = study.shapes[index].covariance(&study.noise);
+        let full = study.shapes[index].covariance(&study.noise[cluster.campaign]);
         let covariance = full.view((full.nrows() - parts, full.ncols() - parts), (parts, parts)).into_owned() / count;
         if let Some(factor) = Cholesky::new(covariance.clone()) {
             chi2 += mean.dot(&factor.solve(&mean));
@@ -100,7 +100,7 @@ pub(super) fn misfit(study: &Study<'_>) -> Misfit {
 /// Readings of every run, enough to draw its way, beside those predicted as given and under `at`.
 pub(super) fn run_readings(study: &Study<'_>, given: &Study<'_>, at: &[(Axis, f64)]) -> Vec<RunReadings> {
     let read = |study: &Study<'_>, cluster: usize, (run, drawn): (usize, &Case), at: &[(Axis, f64)]| {
-        let survey = study.surrogate.survey_of(study.model.scene(), at, &study.variants);
+        let survey = study.surrogate.survey_in(drawn.campaign, study.model.scene(), at, &study.variants);
         let path = study.surrogate.path(cluster, run, at, &study.variants);
         study.surrogate.readings(drawn, &study.surrogate.ways[run], &path, &survey)
     };

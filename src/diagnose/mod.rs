@@ -36,7 +36,7 @@ mod way;
 pub use crate::scene::NoiseModel;
 pub use blind::Blind;
 pub use case::Condition;
-pub use diagnosis::{Diagnosis, Finding, Found, Ranked, Verdict};
+pub use diagnosis::{Clock, Diagnosis, Finding, Found, Ranked, Verdict};
 pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
 pub use misfit::{Misfit, MisfitCondition, RunReadings};
@@ -46,7 +46,7 @@ pub use tyres::OtherTyres;
 
 use crate::dataset::Dataset;
 use crate::scene::{Doubt, TwistPart};
-use case::{Case, Cluster};
+use case::{Case, Cluster, with_clocks};
 use doubt::MotionError;
 use forward::Base;
 use gain::Answer;
@@ -138,9 +138,9 @@ pub struct Study<'m> {
     doubts: OnceLock<Vec<MotionError>>,
     /// The hypothesis on whose ways these two are.
     shaped_at: Vec<(variant::Axis, f64)>,
-    /// What is stated or usual of the noise, and what was learnt.
-    prior_noise: NoiseModel,
-    noise: NoiseModel,
+    /// What is stated or usual of each campaign's noise, and what was learnt.
+    prior_noise: Vec<NoiseModel>,
+    noise: Vec<NoiseModel>,
     observed: Vec<DVector<f64>>,
     /// How often each run counts.
     counts: Vec<f64>,
@@ -161,7 +161,8 @@ struct Runs {
     /// How many of them, the first ones, were not named to be held out.
     used: usize,
     left_out: Vec<String>,
-    prior_noise: NoiseModel,
+    /// One a campaign.
+    prior_noise: Vec<NoiseModel>,
 }
 
 impl<'m> Study<'m> {
@@ -179,21 +180,17 @@ impl<'m> Study<'m> {
         progress: &'m (dyn Fn(usize, usize) + Sync),
     ) -> Result<Study<'m>, DiagnoseError> {
         let scene = model.scene();
-        let (mut cases, mut left_out) = case::cases(datasets, scene);
+        let (mut cases, mut left_out) = case::cases(datasets, 0, scene);
         let used = cases.len();
-        let (held, held_left_out) = case::cases(hold_out, scene);
+        let (held, held_left_out) = case::cases(hold_out, datasets.len(), scene);
         cases.extend(held);
         left_out.extend(held_left_out);
         if used == 0 {
             return Err(DiagnoseError::NothingToUse { left_out });
         }
-        let mut survey = scene.survey;
-        if let Some(facts) = datasets.iter().map(|dataset| &dataset.campaign.survey).find(|s| s.position_std.is_some())
-        {
-            survey.position_std = facts.position_std.unwrap_or(survey.position_std);
-            survey.heading_std = facts.heading_std.unwrap_or(survey.heading_std);
-        }
-        let runs = Runs { cases, used, left_out, prior_noise: NoiseModel::prior(&survey) };
+        let prior = |dataset| NoiseModel::prior(&case::survey_of(dataset, scene));
+        let prior_noise = datasets.iter().chain(hold_out).map(prior).collect();
+        let runs = Runs { cases, used, left_out, prior_noise };
         Ok(Study::of(Base::of(model), runs, Candidates::All(library), options, progress)?)
     }
 
@@ -212,7 +209,7 @@ impl<'m> Study<'m> {
         // and so do their clusters.
         let campaign = clusters.iter().filter(|cluster| cluster.reference < used).count();
         let mut variants = match candidates {
-            Candidates::All(_) => Variant::all(scene),
+            Candidates::All(_) => Variant::all(scene, &with_clocks(&cases[..used])),
             Candidates::Few(few) => few.iter().filter(|variant| variant.effect.applies(scene)).cloned().collect(),
         };
         let mut surrogate = Surrogate::new(&model, &cases, &clusters, campaign, &mut variants, candidates, progress)?;
@@ -249,8 +246,8 @@ impl<'m> Study<'m> {
             progress,
             counts: (0..cases.len()).map(|run| f64::from(u8::from(run < used))).collect(),
             held_out: (0..cases.len()).map(|run| run >= used).collect(),
+            noise: prior_noise.iter().map(|prior| options.noise.unwrap_or(*prior)).collect(),
             prior_noise,
-            noise: options.noise.unwrap_or(prior_noise),
             options,
             cases,
             clusters,
@@ -309,14 +306,14 @@ impl<'m> Study<'m> {
         };
         let on_the_way = self.cases.iter().any(|case| case.frame_stamp.is_some());
         let widths = if repeats { noise::KNOWN } else { noise::HARDLY_KNOWN };
-        self.noise = noise::learn(self.prior_noise, &spreads, &self.shapes, widths, on_the_way);
+        self.noise = noise::learn(&self.prior_noise, &spreads, &self.shapes, widths, on_the_way);
     }
 
     /// Sizes of the noise from what these causes leave at their best, which hangs on the noise.
     fn learn_noise_of(&mut self, mut at: Vec<(variant::Axis, f64)>) {
         let axes: Vec<_> = at.iter().map(|(axis, _)| *axis).collect();
         for _ in 0..MOST_LEARNINGS {
-            let before = self.noise;
+            let before = self.noise.clone();
             self.learn_noise(&at);
             if self.noise == before {
                 break;
@@ -374,9 +371,12 @@ impl<'m> Study<'m> {
         };
         let turned = (0..self.campaign).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
         let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
-        let late = |stamp: f64| (survey.time_of(stamp) - self.surrogate.survey.time_of(stamp)).abs() > LATE;
-        let references = self.clusters[..self.campaign].iter().map(|cluster| &self.cases[cluster.reference]);
-        let shifted = references.flat_map(|case| &case.readings).filter_map(|reading| reading.stamp).any(late);
+        let is_late = |cluster: &Cluster| {
+            let survey = self.surrogate.by_clocks_of(cluster.campaign, survey, at, &self.variants);
+            let mut stamps = self.cases[cluster.reference].readings.iter().filter_map(|reading| reading.stamp);
+            stamps.any(|stamp| (survey.time_of(stamp) - self.surrogate.survey.time_of(stamp)).abs() > LATE)
+        };
+        let shifted = self.clusters[..self.campaign].iter().any(is_late);
         if turned || shifted {
             self.shape(at.clone());
         }
@@ -400,12 +400,13 @@ impl<'m> Study<'m> {
         let problems: Vec<(Problem<'_>, f64)> = LOG_SCALES
             .iter()
             .map(|scale| {
-                let mut noise = self.noise;
-                let scatter = &mut noise.scatter;
-                for size in
-                    [&mut scatter.heading_per_corner, &mut scatter.heading_per_sqrt_metre, &mut scatter.distance]
-                {
-                    *size *= scale.exp();
+                let mut noise = self.noise.clone();
+                for scatter in noise.iter_mut().map(|noise| &mut noise.scatter) {
+                    for size in
+                        [&mut scatter.heading_per_corner, &mut scatter.heading_per_sqrt_metre, &mut scatter.distance]
+                    {
+                        *size *= scale.exp();
+                    }
                 }
                 let problem = self.problem_under(&noise, self.counts.clone());
                 let log_det = problem.log_det_of_noise();
@@ -440,12 +441,13 @@ impl<'m> Study<'m> {
         self.problem_under(&self.noise, counts)
     }
 
-    fn problem_under(&self, noise: &NoiseModel, counts: Vec<f64>) -> Problem<'_> {
+    fn problem_under(&self, noise: &[NoiseModel], counts: Vec<f64>) -> Problem<'_> {
         self.problem_of(noise, self.model.scene().robot.doubt.motion, counts)
     }
 
-    fn problem_of(&self, noise: &NoiseModel, motion_error: f64, counts: Vec<f64>) -> Problem<'_> {
-        let factors: Vec<_> = self.shapes.iter().map(|shapes| shapes.factor(noise)).collect();
+    fn problem_of(&self, noise: &[NoiseModel], motion_error: f64, counts: Vec<f64>) -> Problem<'_> {
+        let clusters = self.clusters.iter().zip(&self.shapes);
+        let factors: Vec<_> = clusters.map(|(cluster, shapes)| shapes.factor(&noise[cluster.campaign])).collect();
         let response = self.model.scene().robot.doubt.response;
         let exact = Problem {
             doubts: vec![None; factors.len()],
@@ -471,6 +473,7 @@ impl<'m> Study<'m> {
         let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
         let of = |(index, cluster): (usize, &Cluster)| {
             let reference = cluster.reference;
+            let survey = self.surrogate.by_clocks_of(cluster.campaign, survey, at, &self.variants);
             let (case, given) = (&self.cases[reference], &self.surrogate.ways[reference]);
             let way = Way { steps: self.surrogate.steps(index, reference, at, &self.variants), ..given.clone() };
             let condition = self.conditions[cluster.condition].label();

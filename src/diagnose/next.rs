@@ -1,6 +1,6 @@
 //! The next experiment: which protocol would separate two answers best.
 
-use super::noise::Shapes;
+use super::noise::{self, Shapes};
 use super::way::{Way, compose, steps_of};
 use super::{DiagnoseError, ForwardModel, Study};
 use crate::dataset::{Protocol, Rotation, Run, Travel};
@@ -62,6 +62,7 @@ pub(super) fn next(
 ) -> Result<Option<NextExperiment>, DiagnoseError> {
     let scene = study.model.scene();
     let driver = &scene.robot.driver;
+    let noise = noise::of_runs(&study.noise, &study.clusters, &study.counts);
     let distances: Vec<(String, f64)> = candidates()
         .into_par_iter()
         .map(|(words, protocol, slow)| {
@@ -78,7 +79,7 @@ pub(super) fn next(
                 poses: None,
             };
             let dataset = crate::dataset::Dataset { campaign: Default::default(), runs: vec![run.clone()] };
-            let (cases, _) = super::case::cases(&[dataset], scene);
+            let (cases, _) = super::case::cases(&[dataset], 0, scene);
             let case = &cases[0];
             let end = |causes: &[Cause]| {
                 let edited = Cause::edit_all(causes, scene);
@@ -92,7 +93,7 @@ pub(super) fn next(
             let first = end(one.1)?.0 - &base;
             let second = end(other.1)?.0 - &base;
             let shapes = Shapes::new(case, &way, &path, &readings, DVector::zeros(base.len()));
-            let factor = Cholesky::new(shapes.covariance(&study.noise)).expect("noise keeps it positive");
+            let factor = Cholesky::new(shapes.covariance(&noise)).expect("noise keeps it positive");
             let white = |mut v: DVector<f64>| {
                 factor.l_dirty().solve_lower_triangular_mut(&mut v);
                 v * RUNS.sqrt()

@@ -1,7 +1,8 @@
 //! What differs from run to run: survey noise of every reading, the start's included, and the scatter of real floors.
 //!
 //! The covariance of a run's readings is a sum of known shapes with unknown sizes. The sizes are what repeated runs say, by
-//! restricted maximum likelihood, drawn to what the campaign states (survey) or to what real runs have (scatter).
+//! restricted maximum likelihood, drawn to what the campaign states (survey) or to what real runs have (scatter). What is
+//! stated may differ from campaign to campaign; by how much it is off is learnt from all of them together.
 
 use super::case::{Case, Cluster};
 use super::doubt;
@@ -178,6 +179,7 @@ impl Shapes {
 /// What runs stray by, cluster by cluster: a column a run, and how many of them are free.
 pub(super) struct Spread {
     cluster: usize,
+    campaign: usize,
     free: f64,
     off: DMatrix<f64>,
 }
@@ -190,7 +192,8 @@ pub(super) fn of_repeats(clusters: &[Cluster], deviations: &[DVector<f64>]) -> V
         let rows = deviations[cluster.reference].len();
         let mean = cluster.runs.iter().fold(DVector::zeros(rows), |sum, &run| sum + &deviations[run]) / count;
         let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| &deviations[run] - &mean).collect();
-        Spread { cluster: index, free: count - 1.0, off: DMatrix::from_columns(&off) }
+        let (campaign, free) = (cluster.campaign, count - 1.0);
+        Spread { cluster: index, campaign, free, off: DMatrix::from_columns(&off) }
     });
     spreads.collect()
 }
@@ -200,7 +203,8 @@ pub(super) fn of_residuals(clusters: &[Cluster], residuals: &[DVector<f64>]) -> 
     let spreads =
         clusters.iter().enumerate().filter(|(_, cluster)| !cluster.runs.is_empty()).map(|(index, cluster)| {
             let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| residuals[run].clone()).collect();
-            Spread { cluster: index, free: cluster.runs.len() as f64, off: DMatrix::from_columns(&off) }
+            let (campaign, free) = (cluster.campaign, cluster.runs.len() as f64);
+            Spread { cluster: index, campaign, free, off: DMatrix::from_columns(&off) }
         });
     spreads.collect()
 }
@@ -214,18 +218,19 @@ const CLOCKS: [f64; 4] = [0.005, 0.015, 0.04, 0.1];
 /// ln of the likelihood ratio that speaks for clocks that differ from run to run.
 const CLOCK_EVIDENCE: f64 = 5.0;
 
-/// Sizes under which `spreads` are likeliest, with normal priors of these widths on their logarithms about `prior`.
+/// Sizes under which `spreads` are likeliest, with normal priors of these widths on their logarithms about `priors`, one a
+/// campaign, which are off by the same factors.
 pub(super) fn learn(
-    prior: NoiseModel,
+    priors: &[NoiseModel],
     spreads: &[Spread],
     shapes: &[Shapes],
     widths: [f64; 5],
     on_the_way: bool,
-) -> NoiseModel {
+) -> Vec<NoiseModel> {
     if spreads.iter().map(|spread| spread.free).sum::<f64>() < 2.0 {
-        return prior;
+        return priors.to_vec();
     }
-    let sizes = |logs: &[f64; 5], correlation_time: f64, clock_std: f64| NoiseModel {
+    let sizes = |prior: &NoiseModel, logs: &[f64; 5], correlation_time: f64, clock_std: f64| NoiseModel {
         position_std: prior.position_std * logs[0].exp(),
         heading_std: prior.heading_std * logs[1].exp(),
         correlation_time,
@@ -237,11 +242,12 @@ pub(super) fn learn(
         clock_std,
     };
     let cost = |logs: &[f64; 5], correlation_time: f64, clock_std: f64| -> f64 {
-        let noise = sizes(logs, correlation_time, clock_std);
+        let noises: Vec<NoiseModel> =
+            priors.iter().map(|prior| sizes(prior, logs, correlation_time, clock_std)).collect();
         let fit: f64 = spreads
             .par_iter()
-            .map(|Spread { cluster, free, off }| {
-                let factor = shapes[*cluster].factor(&noise);
+            .map(|Spread { cluster, campaign, free, off }| {
+                let factor = shapes[*cluster].factor(&noises[*campaign]);
                 let log_det = 2.0 * doubt::half_log_det(&factor);
                 let mut white = off.clone();
                 factor.l_dirty().solve_lower_triangular_mut(&mut white);
@@ -308,5 +314,31 @@ pub(super) fn learn(
     if best.2 > 0.0 && least > without_clocks - CLOCK_EVIDENCE {
         best = plain;
     }
-    sizes(&best.0, best.1, best.2)
+    priors.iter().map(|prior| sizes(prior, &best.0, best.1, best.2)).collect()
+}
+
+/// Sizes for a reader: root mean squares over campaigns, one a run that counts.
+pub(super) fn of_runs(noises: &[NoiseModel], clusters: &[Cluster], counts: &[f64]) -> NoiseModel {
+    let of_campaign = |campaign: usize| clusters.iter().filter(move |it| it.campaign == campaign);
+    let weights: Vec<f64> =
+        (0..noises.len()).map(|it| of_campaign(it).map(|cluster| cluster.count(counts)).sum()).collect();
+    let mut counting = noises.iter().zip(&weights).filter(|(_, weight)| **weight > 0.0);
+    if let (Some((only, _)), None) = (counting.next(), counting.next()) {
+        return *only;
+    }
+    let mean_square = |of: &dyn Fn(&NoiseModel) -> f64| {
+        let squares = noises.iter().zip(&weights).map(|(noise, weight)| weight * of(noise).powi(2));
+        (squares.sum::<f64>() / weights.iter().sum::<f64>()).sqrt()
+    };
+    NoiseModel {
+        position_std: mean_square(&|noise| noise.position_std),
+        heading_std: mean_square(&|noise| noise.heading_std),
+        correlation_time: mean_square(&|noise| noise.correlation_time),
+        clock_std: mean_square(&|noise| noise.clock_std),
+        scatter: Scatter {
+            heading_per_corner: mean_square(&|noise| noise.scatter.heading_per_corner),
+            heading_per_sqrt_metre: mean_square(&|noise| noise.scatter.heading_per_sqrt_metre),
+            distance: mean_square(&|noise| noise.scatter.distance),
+        },
+    }
 }

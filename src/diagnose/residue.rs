@@ -51,7 +51,8 @@ pub(super) fn of_last<'s>(scene: &'s Scene, case: &Case, condition: &str) -> Opt
 pub(super) fn columns(study: &Study<'_>, case: &Case, way: &Way, at: &Coordinates) -> DMatrix<f64> {
     // Of what is plausible: small against what turns a way.
     const SMALL: f64 = 0.1;
-    let survey_of = |at: &Coordinates| study.surrogate.survey_of(study.model.scene(), at, &study.variants);
+    let survey_of =
+        |at: &Coordinates| study.surrogate.survey_in(case.campaign, study.model.scene(), at, &study.variants);
     let motion = doubt::columns(&study.surrogate, case, way, &survey_of(at));
     let path = compose(way.start, &way.steps);
     let read = |at: &Coordinates| flatten(case, &study.surrogate.readings(case, way, &path, &survey_of(at)));
@@ -121,11 +122,12 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
             return Ok(None);
         }
         let way = &study.surrogate.ways[cluster.reference];
+        let survey = study.surrogate.by_clocks_of(cluster.campaign, extended.survey, at, &study.variants);
         let trace = study.model.trace(&extended, &case.run, &case.counted)?;
         // The way by which the next diagnosis, whose model this is, tells places.
         let extended_way = Way { steps: Way::of(&trace, way.steps.len(), case.replayed, 0.0).steps, ..way.clone() };
         let path = compose(way.start, &extended_way.steps);
-        let together = flatten(case, &study.surrogate.readings(case, way, &path, &extended.survey))
+        let together = flatten(case, &study.surrogate.readings(case, way, &path, &survey))
             - problem.predict(index, cluster.reference, at);
         let nothing = DVector::zeros(study.observed[cluster.reference].len());
         let left = cluster.active(&study.counts).fold(nothing, |sum, run| {
@@ -137,7 +139,7 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
             |part: usize| left.iter().skip(part).step_by(parts).map(|value| rounded(*value)).collect::<Vec<f64>>();
         let start = case.run.start.unwrap_or_default();
         let shares = |stamps: &mut dyn Iterator<Item = f64>| -> Vec<f64> {
-            let times = stamps.map(|stamp| extended.survey.time_of(stamp));
+            let times = stamps.map(|stamp| survey.time_of(stamp));
             extended_way.shares_at(times).into_iter().map(rounded).collect()
         };
         Ok(Some(Residue {
@@ -149,7 +151,7 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
             x: part(0),
             y: part(1),
             heading: if parts == 3 { part(2) } else { Vec::new() },
-            noise: study.noise,
+            noise: study.noise[cluster.campaign],
         }))
     };
     let all: Vec<Option<Residue>> =

@@ -84,7 +84,7 @@ impl<'m> Study<'m> {
             cases: self.cases.clone(),
             used: self.held_out.iter().filter(|held_out| !**held_out).count(),
             left_out: self.left_out.clone(),
-            prior_noise: self.prior_noise,
+            prior_noise: self.prior_noise.clone(),
         };
         let base = self.model.on(self.contact().other());
         let mut study = Study::of(base, runs, candidates, self.options.clone(), self.progress)?;

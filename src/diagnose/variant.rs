@@ -7,6 +7,8 @@ use std::f64::consts::FRAC_1_SQRT_2;
 
 /// The effect that needs a place.
 const SPOT: &str = "floor_grip_patch";
+/// The effect of which each campaign has its own.
+pub(super) const CLOCKS: &str = "survey_time_offset";
 
 /// Components of a step that a response errs in, straight and turning.
 pub(super) const RELATIVE: usize = 6;
@@ -92,6 +94,8 @@ pub(super) struct Coordinate {
     pub bounds: [f64; 2],
     /// Grows with the time since the campaign began, and is stated an hour.
     pub hourly: bool,
+    /// The campaign whose clocks alone it moves, where there are several.
+    pub clocks_of: Option<usize>,
 }
 
 impl Coordinate {
@@ -103,7 +107,8 @@ impl Coordinate {
     /// Of what nobody expects to be there.
     fn about_nothing(std_dev: f64, bounds: [f64; 2]) -> Coordinate {
         let reach = Coordinate::SEEN * std_dev;
-        Coordinate { neutral: 0.0, mean: 0.0, std_dev, reach, one_sided: false, bounds, hourly: false }
+        let (one_sided, hourly) = (false, false);
+        Coordinate { neutral: 0.0, mean: 0.0, std_dev, reach, one_sided, bounds, hourly, clocks_of: None }
     }
 
     /// The nearest value that it may have.
@@ -122,13 +127,15 @@ pub(super) struct Axis {
 impl Variant {
     /// All candidates in `scene`, but for spots on the floor, which need places first.
     ///
-    /// On two axles friction moves nothing but the effective track, whose name stands for it.
-    pub fn all(scene: &Scene) -> Vec<Variant> {
+    /// On two axles friction moves nothing but the effective track, whose name stands for it. Each of `campaigns` has clocks
+    /// of its own.
+    pub fn all(scene: &Scene, campaigns: &[usize]) -> Vec<Variant> {
         EFFECTS
             .iter()
             .filter(|effect| effect.applies(scene) && effect.id != SPOT)
             .filter(|effect| effect.id != "tyre_grip_anisotropy" || scene.robot.wheelbase() == 0.0)
             .flat_map(|effect| effect.choices(scene).into_iter().map(|choice| Variant::new(effect, choice)))
+            .map(|variant| variant.telling_clocks_apart(campaigns))
             .collect()
     }
 
@@ -141,7 +148,8 @@ impl Variant {
             let coordinate = |mean: f64, std_dev, one_sided| {
                 let mean = mean - neutral;
                 let bounds = parameter.bounds.map(|bound| bound - neutral);
-                Coordinate { neutral, mean, std_dev, reach: Coordinate::SEEN * std_dev, one_sided, bounds, hourly }
+                let reach = Coordinate::SEEN * std_dev;
+                Coordinate { neutral, mean, std_dev, reach, one_sided, bounds, hourly, clocks_of: None }
             };
             match parameter.prior {
                 Prior::Normal { mean, std_dev } => coordinates.push(coordinate(mean, std_dev, false)),
@@ -158,6 +166,29 @@ impl Variant {
             }
         }
         Variant { effect, choice, role: Role::Cause, held, coordinates }
+    }
+
+    /// Lets each of several campaigns have clocks of its own: the offset moves those of the first, and as many coordinates more,
+    /// after all others, those of the rest. What is stated as one number is their mean.
+    fn telling_clocks_apart(mut self, campaigns: &[usize]) -> Variant {
+        if let ([first, others @ ..], CLOCKS) = (campaigns, self.effect.id)
+            && !others.is_empty()
+        {
+            let offset = Coordinate { clocks_of: Some(*first), ..self.coordinates[0] };
+            self.coordinates[0] = offset;
+            self.coordinates.extend(others.iter().map(|&campaign| Coordinate { clocks_of: Some(campaign), ..offset }));
+        }
+        self
+    }
+
+    /// Coordinates of the clocks of several campaigns; none where they are the same.
+    pub fn clocks(&self) -> Vec<usize> {
+        (0..self.coordinates.len()).filter(|&index| self.coordinates[index].clocks_of.is_some()).collect()
+    }
+
+    /// Coordinates that have a parameter of their own.
+    pub fn own_parameters(&self) -> usize {
+        self.coordinates.len() - self.clocks().len().saturating_sub(1)
     }
 
     /// A spot on the floor at a place in the room \[m\].
@@ -276,13 +307,16 @@ impl Variant {
         for &(index, value) in &self.held {
             cause.values[index] = value;
         }
+        let clocks = self.clocks();
         let mut free = at.iter();
         for (index, parameter) in self.effect.parameters.iter().enumerate() {
             let is_free = matches!(parameter.prior, Prior::Normal { .. } | Prior::HalfNormal { .. })
                 && !self.held.iter().any(|(held, _)| *held == index);
             if is_free {
                 let coordinate = self.coordinates[at.len() - free.len()];
-                let value = coordinate.neutral + *free.next().expect("one a free parameter");
+                let own = *free.next().expect("one a free parameter");
+                let mean = || clocks.iter().map(|&clock| at[clock]).sum::<f64>() / clocks.len() as f64;
+                let value = coordinate.neutral + if coordinate.clocks_of.is_some() { mean() } else { own };
                 let [least, greatest] = parameter.bounds;
                 cause.values[index] = value.clamp(least, greatest);
             }
@@ -300,6 +334,12 @@ impl Variant {
             let across = s * s * covariance[(0, 0)] - 2.0 * c * s * covariance[(0, 1)] + c * c * covariance[(1, 1)];
             return vec![Some(along.sqrt()), Some(across.sqrt() / size)];
         }
+        let clocks = self.clocks();
+        let of_mean = || {
+            let all = clocks.iter().flat_map(|&i| clocks.iter().map(move |&j| covariance[(i, j)])).sum::<f64>();
+            all.sqrt() / clocks.len() as f64
+        };
+        let std_dev = |k: usize| if clocks.contains(&k) { of_mean() } else { covariance[(k, k)].sqrt() };
         let mut free = 0..at.len();
         self.effect
             .parameters
@@ -308,7 +348,7 @@ impl Variant {
             .map(|(index, parameter)| {
                 let is_free = matches!(parameter.prior, Prior::Normal { .. } | Prior::HalfNormal { .. })
                     && !self.held.iter().any(|(held, _)| *held == index);
-                is_free.then(|| free.next().map(|k| covariance[(k, k)].sqrt())).flatten()
+                is_free.then(|| free.next().map(std_dev)).flatten()
             })
             .collect()
     }

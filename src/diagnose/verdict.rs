@@ -2,9 +2,10 @@
 
 use super::blind::blind;
 use super::misfit::{misfit, run_readings};
+use super::noise;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
-use super::variant::{Axis, Variant, causes, terms};
-use super::{Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Verdict, residue};
+use super::variant::{Axis, CLOCKS, Variant, causes, terms};
+use super::{Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Verdict, residue};
 use crate::scene::Doubt;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -43,17 +44,18 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
     for &index in best.set.iter().filter(|&&index| !unexplained && variants[index].is_cause()) {
         findings.push(finding(study, ranking, best, index, total));
     }
-    if study.noise.clock_std > 0.0 && !unexplained {
+    let noise = noise::of_runs(&study.noise, &study.clusters, &study.counts);
+    if noise.clock_std > 0.0 && !unexplained {
         // Clocks that differ from run to run are learnt as noise; they are a cause all the same.
-        let spread = Found { name: "run_offset_std_s", value: study.noise.clock_std, std_dev: None };
-        match findings.iter_mut().find(|finding| finding.effect == "survey_time_offset") {
+        let spread = Found { name: "run_offset_std_s", value: noise.clock_std, std_dev: None };
+        match findings.iter_mut().find(|finding| finding.effect == CLOCKS) {
             Some(finding) => {
                 if let Some(found) = finding.parameters.iter_mut().find(|found| found.name == spread.name) {
                     *found = spread;
                 }
             }
             None => findings.push(Finding {
-                effect: "survey_time_offset",
+                effect: CLOCKS,
                 choice: String::new(),
                 parameters: vec![
                     Found { name: "offset_s", value: 0.0, std_dev: None },
@@ -102,7 +104,8 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         ranking: ranked,
         probabilities,
         blind_to: blind(study),
-        noise: study.noise,
+        noise,
+        clocks: if unexplained { Vec::new() } else { clocks(study, ranking, best) },
         causes: causes(variants, &answered),
         empirical: terms(variants, &answered),
         other_tyres: None,
@@ -256,6 +259,20 @@ fn spread(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize)
     }
     // The best answer is one of them.
     sum / total
+}
+
+/// What the clocks of each of several campaigns disagree by, if an answer says that they do.
+fn clocks(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis) -> Vec<Clock> {
+    let Some(&index) = best.set.iter().find(|&&index| study.variants[index].names(CLOCKS)) else { return Vec::new() };
+    let variant = &study.variants[index];
+    let ((at, _), covariance) = (own(best, index), spread(study, ranking, best, index));
+    let of_campaign = |k: usize| {
+        let campaign = variant.coordinates[k].clocks_of?;
+        let case = study.cases.iter().find(|case| case.campaign == campaign)?;
+        let (offset, std_dev) = (at[k], covariance[(k, k)].sqrt());
+        Some(Clock { campaign: case.campaign_name().to_owned(), offset, std_dev })
+    };
+    variant.clocks().into_iter().filter_map(of_campaign).collect()
 }
 
 fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize, total: f64) -> Finding {

@@ -4,7 +4,7 @@
 use super::grid::Grid;
 use super::text::{Style, decimals, parameter};
 use crate::calibrate::Parameter;
-use crate::diagnose::{Blind, Diagnosis, Finding, Gain, Verdict};
+use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Verdict};
 use crate::effect::Cause;
 use crate::scene::Contact;
 use std::collections::BTreeMap;
@@ -122,7 +122,19 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
 
 /// What is to be said of the extended model.
 pub(super) fn notes(diagnosis: &Diagnosis) -> Vec<String> {
-    tyres(diagnosis).into_iter().chain(sizes(diagnosis)).collect()
+    tyres(diagnosis).into_iter().chain(sizes(diagnosis)).chain(clocks(diagnosis)).collect()
+}
+
+/// Clocks of several campaigns, of which a finding states the mean.
+fn clocks(diagnosis: &Diagnosis) -> Option<String> {
+    let of = |clock: &Clock| {
+        let [offset, std_dev] = [clock.offset, clock.std_dev].map(|seconds| 1e3 * seconds);
+        format!("{offset:.0} ± {std_dev:.0} ms in {}", clock.campaign)
+    };
+    let all: Vec<String> = diagnosis.clocks.iter().map(of).collect();
+    (!all.is_empty()).then(|| {
+        format!("Each campaign has clocks of its own: {}; the extended model holds their mean.", all.join(", "))
+    })
 }
 
 /// Sizes in the extended model that are beyond 1 σ of what was found.

@@ -72,6 +72,8 @@ pub struct DiagnosisJson {
     empirical: Vec<String>,
     other_tyres: Option<OtherTyresJson>,
     noise: NoiseJson,
+    /// Where clocks disagree in several campaigns, by how much in each.
+    clocks: Vec<ClockJson>,
     left_out: Vec<String>,
     extended_model: String,
 }
@@ -153,6 +155,13 @@ struct NoiseJson {
     heading_per_sqrt_metre_rad: f64,
     distance: f64,
     clock_std_s: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct ClockJson {
+    campaign: String,
+    offset_s: f64,
+    std_dev: f64,
 }
 
 fn finite(value: f64) -> Option<f64> {
@@ -253,6 +262,11 @@ impl DiagnosisJson {
                 distance: noise.scatter.distance,
                 clock_std_s: noise.clock_std,
             },
+            clocks: diagnosis
+                .clocks
+                .iter()
+                .map(|c| ClockJson { campaign: c.campaign.clone(), offset_s: c.offset, std_dev: c.std_dev })
+                .collect(),
             left_out: diagnosis.left_out.clone(),
             extended_model: extended_model.to_string_lossy().into_owned(),
         }

@@ -1,12 +1,13 @@
 //! A robot of another hand: kinematics alone, which share nothing with the simulator but the data format. What is hidden in
-//! its logs is found all the same, though its wheels coast and wait as its maker pleased.
+//! its logs is found all the same, though its wheels coast and wait as its maker pleased, and each day has clocks of its own.
 
-use crate::diagnosis::diagnosed;
+use crate::diagnosis::{diagnosed, diagnosed_together};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::{FRAC_PI_2, TAU};
 use treadmark::dataset::{Campaign, Dataset, EncoderLog, EncoderUnit, PoseLog, Protocol, Rotation, Run, SurveyFacts};
+use treadmark::diagnose::Found;
 use treadmark::experiment::Simulator;
 use treadmark::geometry::Pose2;
 use treadmark::odometry::OdometryParameters;
@@ -185,5 +186,34 @@ fn an_overrun_is_found_however_wheels_coast() {
         let angle = overrun.parameters[0];
         let std_dev = angle.std_dev.expect("it was sought");
         assert!((angle.value - 0.03).abs() < 3.0 * std_dev && std_dev < 0.003, "{angle:?}");
+    }
+}
+
+/// Two days of the same robot: the clocks of poses and encoders disagree on each, and by other amounts. Neither day's clock
+/// blurs the other's, and what the robot does on both is found beside them.
+#[test]
+fn each_campaign_has_clocks_of_its_own() {
+    let stops = Stops { overrun: 0.03, coast: 0.1, stand: 1.0 };
+    let model = diagnosed(&shipped(), &campaign(0, Stops { overrun: 0.0, ..stops })).extended(&shipped(), 0.0);
+    let days = [("one day", 300, -0.06), ("another", 400, 0.09)].map(|(name, first, offset)| {
+        let mut day = campaign(first, stops);
+        day.campaign.name = name.into();
+        let logs = day.runs.iter_mut().filter_map(|run| run.poses.as_mut());
+        logs.flat_map(|log| &mut log.time).for_each(|stamp| *stamp += offset);
+        (day, offset)
+    });
+    let found = diagnosed_together(&model, &days.each_ref().map(|(day, _)| day.clone()));
+    let mut names: Vec<&str> = found.findings.iter().map(|finding| finding.effect).collect();
+    names.sort_unstable();
+    assert_eq!(names, ["stop_overrun", "survey_time_offset"], "{:#?}", found.findings);
+    for finding in &found.findings {
+        let truth = if finding.effect == "stop_overrun" { 0.03 } else { 0.5 * (days[0].1 + days[1].1) };
+        let Found { value, std_dev, .. } = finding.parameters[0];
+        assert!((value - truth).abs() < 3.0 * std_dev.expect("it was sought"), "{finding:#?}");
+    }
+    assert_eq!(found.clocks.len(), days.len());
+    for (clock, (day, offset)) in found.clocks.iter().zip(&days) {
+        assert_eq!(clock.campaign, day.campaign.name);
+        assert!((clock.offset - offset).abs() < 3.0 * clock.std_dev && clock.std_dev < 0.03, "{clock:?}");
     }
 }

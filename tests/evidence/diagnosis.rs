@@ -191,9 +191,13 @@ impl Tethered {
 
 /// What a model says of a dataset.
 pub fn diagnosed(model: &Scene, dataset: &Dataset) -> Diagnosis {
+    diagnosed_together(model, std::slice::from_ref(dataset))
+}
+
+/// What a model says of several.
+pub fn diagnosed_together(model: &Scene, datasets: &[Dataset]) -> Diagnosis {
     let simulator = Simulator::new(model, &GO_ON);
-    let mut study = Study::new(std::slice::from_ref(dataset), &[], &simulator, Options::default(), None, &|_, _| {})
-        .expect("it is data");
+    let mut study = Study::new(datasets, &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
     study.diagnose().expect("it can be diagnosed")
 }
 

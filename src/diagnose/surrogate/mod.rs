@@ -320,8 +320,13 @@ impl Surrogate {
         case.readings.iter().map(|reading| survey.reading(frame, at(reading.stamp))).collect()
     }
 
-    /// The survey under a hypothesis. That the robot turns about another point than the model's is no matter of the survey,
-    /// but the same path seen from the robot: as if another point were tracked.
+    /// The survey of a campaign under a hypothesis.
+    pub fn survey_in(&self, campaign: usize, scene: &Scene, at: &Coordinates, variants: &[Variant]) -> Survey {
+        self.by_clocks_of(campaign, self.survey_of(scene, at, variants), at, variants)
+    }
+
+    /// The survey under a hypothesis, by the mean of clocks that are told apart. That the robot turns about another point than the
+    /// model's is no matter of the survey, but the same path seen from the robot: as if another point were tracked.
     pub fn survey_of(&self, scene: &Scene, at: &Coordinates, variants: &[Variant]) -> Survey {
         let mut survey = self.survey;
         if at.iter().any(|(axis, _)| variants[axis.variant].effect.is_survey()) {
@@ -342,6 +347,13 @@ impl Surrogate {
             survey.base_from_tracked.y += centre[1] * swing;
         }
         survey
+    }
+
+    /// A survey under a hypothesis, by the clocks of one campaign.
+    pub fn by_clocks_of(&self, campaign: usize, survey: Survey, at: &Coordinates, variants: &[Variant]) -> Survey {
+        let is_own = |axis: &Axis| variants[axis.variant].coordinates[axis.coordinate].clocks_of == Some(campaign);
+        let own = at.iter().find(|(axis, _)| is_own(axis));
+        own.map_or(survey, |(_, offset)| Survey { time_offset: self.survey.time_offset + offset, ..survey })
     }
 
     /// All that physical causes move the robot by over all that it turns, beside what a calibration takes back, in the kind of
