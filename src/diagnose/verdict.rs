@@ -348,7 +348,7 @@ mod tests {
 
     #[test]
     fn of_answers_that_are_alike_likely_the_one_of_fewest_causes_stands() {
-        let variants = Variant::all(&Scene::load("jnpf_4wd", "lab_floor").expect("shipped"));
+        let variants = Variant::all(&Scene::load("jnpf_4wd", "lab_floor").expect("shipped"), &[]);
         let of = |ids: &[&str], log_posterior: f64| {
             let place = |id: &&str| variants.iter().position(|variant| variant.names(id)).expect("it applies");
             let covariance = DMatrix::zeros(0, 0);

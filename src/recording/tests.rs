@@ -265,6 +265,7 @@ fn diagnosed() -> Diagnosis {
         probabilities: Vec::new(),
         blind_to: Vec::new(),
         noise: NoiseModel::prior(&Survey::default()),
+        clocks: Vec::new(),
         causes: Vec::new(),
         empirical: Vec::new(),
         other_tyres: None,
