@@ -190,10 +190,11 @@ impl Problem<'_> {
         Linearised { axes: axes.to_vec(), columns, residuals, of_means }
     }
 
-    /// The same problem, with errors of the model's own motion by a share of it, or as the last campaign left them.
-    pub fn with_doubts(mut self, errors: &[MotionError], share: f64) -> Self {
+    /// The same problem, with errors of the model's own motion by a share of it, or as the last campaign left them, and with
+    /// such that are made good by a run's end.
+    pub fn with_doubts(mut self, errors: &[MotionError], motion: f64, transient: f64) -> Self {
         for (index, error) in errors.iter().enumerate() {
-            let (mut columns, off) = error.of_readings(share);
+            let (mut columns, off) = error.of_readings(motion, transient);
             for &run in &self.clusters[index].runs {
                 self.observed[run] -= &off;
             }
@@ -423,13 +424,6 @@ impl Problem<'_> {
     pub fn log_det_of_noise(&self) -> f64 {
         let of = |(cluster, factor): (&Cluster, _)| cluster.count(&self.counts) * doubt::half_log_det(factor);
         self.clusters.iter().zip(&self.factors).map(of).sum()
-    }
-
-    /// Σ of squared whitened residuals of the clusters' means at `at`.
-    pub fn left_of_means(&self, at: &Coordinates) -> f64 {
-        let linear = self.linearise(at, &[]);
-        let (_, _, c) = self.normal_equations(&linear);
-        c - (0..self.clusters.len()).map(|index| self.strays(&linear, index)).sum::<f64>()
     }
 
     fn log_det_of_means(&self, linear: &Linearised) -> f64 {

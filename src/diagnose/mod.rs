@@ -464,7 +464,9 @@ impl<'m> Study<'m> {
             counts,
         };
         let remembers = !self.model.scene().robot.residues.is_empty();
-        if motion_error > 0.0 || remembers { exact.with_doubts(self.doubts(), motion_error) } else { exact }
+        let transient = self.model.scene().robot.doubt.transient;
+        let errs = motion_error > 0.0 || transient > 0.0 || remembers;
+        if errs { exact.with_doubts(self.doubts(), motion_error, transient) } else { exact }
     }
 
     /// What an error of the model's own motion does to each cluster's readings.
@@ -477,10 +479,15 @@ impl<'m> Study<'m> {
             let (case, given) = (&self.cases[reference], &self.surrogate.ways[reference]);
             let way = Way { steps: self.surrogate.steps(index, reference, at, &self.variants), ..given.clone() };
             let condition = self.conditions[cluster.condition].label();
+            let transient = doubt::transient_columns(&self.surrogate, case, &way, &survey);
             match residue::of_last(self.model.scene(), case, &condition) {
-                None => MotionError { columns: doubt::columns(&self.surrogate, case, &way, &survey), memory: None },
+                None => {
+                    let columns = doubt::columns(&self.surrogate, case, &way, &survey);
+                    MotionError { columns, transient, memory: None }
+                }
                 Some(residue) => MotionError {
                     columns: residue::columns(self, case, &way, at),
+                    transient,
                     memory: Some(Memory::of(self, residue, case, given)),
                 },
             }

@@ -210,13 +210,7 @@ pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
         of_means += runs.min(1) * readings;
     }
     let freedom = of_means as f64;
-    let doubt = study.model.scene().robot.doubt;
-    let left = if doubt.remainder > doubt.motion {
-        let problem = study.problem_of(&study.noise, doubt.remainder, study.counts.clone());
-        problem.left_of_means(&best.fit.at)
-    } else {
-        best.fit.left - best.fit.strays
-    };
+    let left = best.fit.left - best.fit.strays;
     // The noise is known as well as repeated runs tell it, which for end points is not well.
     let of_repeats = (all - of_means) as f64;
     let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left / freedom));

@@ -17,7 +17,7 @@
 //! ```
 //!
 //! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of
-//! a way, on runs that it was not fitted to; `remainder`, how much an answer may leave; `response`, of what causes do to it;
+//! a way, on runs that it was not fitted to; `transient`, of what is made good by a run's end; `response`, of what causes do to it;
 //! `diameter_scale`, `diameter_ratio` and `effective_track`, 1 σ of what a calibration would find; `friction` and `stiffness`,
 //! 1 σ of what its tyres are taken for. A diagnosis blames no cause for so much. Tables `[[residue]]` say what the campaign
 //! that the model was fitted to leaves ([`Residue`]): a diagnosis of the next one starts from there.

@@ -63,9 +63,9 @@ pub struct Doubt {
     /// Of its motion, relative to each part of a way: no cause is blamed for so much.
     #[serde(deserialize_with = "share")]
     pub motion: f64,
-    /// The same of what an answer may leave and be an answer all the same.
+    /// The same of what is made good again by a run's end: play, wind-up and delay that are not quite the model's.
     #[serde(deserialize_with = "share")]
-    pub remainder: f64,
+    pub transient: f64,
     /// Of what causes do to its motion, relative.
     #[serde(deserialize_with = "share")]
     pub response: f64,
@@ -105,7 +105,7 @@ impl Doubt {
     pub fn widest(self, other: Doubt) -> Doubt {
         Doubt {
             motion: self.motion.max(other.motion),
-            remainder: self.remainder.max(other.remainder),
+            transient: self.transient.max(other.transient),
             response: self.response.max(other.response),
             diameter_scale: self.diameter_scale.max(other.diameter_scale),
             diameter_ratio: self.diameter_ratio.max(other.diameter_ratio),
