@@ -36,6 +36,8 @@ pub struct Diagnosis {
     pub noise: NoiseModel,
     /// Where clocks disagree in several campaigns, by how much in each.
     pub clocks: Vec<Clock>,
+    /// Errors that are made good by a run's end, as which what is left is likelier, where the answer leaves much.
+    pub transient: Option<Transient>,
     /// The causes of the best answer, as an extended model holds them: where its responses are in doubt, of such sizes that
     /// they predict best as they are, which is not what is stated of them.
     pub causes: Vec<Cause>,
@@ -103,6 +105,15 @@ pub struct Clock {
     pub offset: f64,
     /// 1 σ \[s\].
     pub std_dev: f64,
+}
+
+/// What an answer leaves, taken for errors of the motion that are made good by a run's end.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Transient {
+    /// Size under which the data are likeliest, relative to each part of a way: `[doubt] transient`.
+    pub share: f64,
+    /// ln of how much likelier they are than under the model's own doubt.
+    pub log_odds: f64,
 }
 
 /// A hypothesis and what the data say of it.

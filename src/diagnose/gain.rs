@@ -7,6 +7,7 @@ use super::variant::Axis;
 use super::verdict::convincing;
 use super::{DiagnoseError, ForwardModel, Study, tyres};
 use crate::dataset::Protocol;
+use crate::scene::Doubt;
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -90,7 +91,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     let is_named = !named.is_empty();
     let (folds, words) =
         if is_named { (vec![named], "the runs that were named to be held out".to_owned()) } else { folds(study) };
-    let motion = study.model.scene().robot.doubt.motion;
+    let stated = study.model.scene().robot.doubt;
     let mut errors = Vec::new();
     let mut likelihoods = [0.0; doubt::SHARES.len()];
     for fold in &folds {
@@ -112,8 +113,8 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         };
         let of_fold: Vec<f64> = everyone.iter().zip(&counts).map(|(all, without)| all - without).collect();
         for (likelihood, share) in likelihoods.iter_mut().zip(doubt::SHARES) {
-            let share = share.max(motion);
-            *likelihood += answering.problem_of(&answering.noise, share, of_fold.clone()).log_likelihood(&at);
+            let doubt = Doubt { motion: share.max(stated.motion), ..stated };
+            *likelihood += answering.problem_of(&answering.noise, doubt, of_fold.clone()).log_likelihood(&at);
         }
         let (given, answered) = (study.problem(everyone.clone()), answering.problem(everyone.clone()));
         for (index, cluster) in study.clusters.iter().enumerate() {
@@ -151,7 +152,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         heading_after: heading(1),
         interval: interval(&errors),
         noise_floor: root(&mut errors.iter().map(|e| e.floor)),
-        motion_error: motion_error.max(motion),
+        motion_error: motion_error.max(stated.motion),
         held_out: words,
     }))
 }

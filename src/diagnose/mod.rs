@@ -36,7 +36,7 @@ mod way;
 pub use crate::scene::NoiseModel;
 pub use blind::Blind;
 pub use case::Condition;
-pub use diagnosis::{Clock, Diagnosis, Finding, Found, Ranked, Verdict};
+pub use diagnosis::{Clock, Diagnosis, Finding, Found, Ranked, Transient, Verdict};
 pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
 pub use misfit::{Misfit, MisfitCondition, RunReadings};
@@ -442,13 +442,14 @@ impl<'m> Study<'m> {
     }
 
     fn problem_under(&self, noise: &[NoiseModel], counts: Vec<f64>) -> Problem<'_> {
-        self.problem_of(noise, self.model.scene().robot.doubt.motion, counts)
+        self.problem_of(noise, self.model.scene().robot.doubt, counts)
     }
 
-    fn problem_of(&self, noise: &[NoiseModel], motion_error: f64, counts: Vec<f64>) -> Problem<'_> {
+    /// The problem where the model's motion errs as `doubt` says.
+    fn problem_of(&self, noise: &[NoiseModel], doubt: Doubt, counts: Vec<f64>) -> Problem<'_> {
         let clusters = self.clusters.iter().zip(&self.shapes);
         let factors: Vec<_> = clusters.map(|(cluster, shapes)| shapes.factor(&noise[cluster.campaign])).collect();
-        let response = self.model.scene().robot.doubt.response;
+        let Doubt { motion, transient, response, .. } = doubt;
         let exact = Problem {
             doubts: vec![None; factors.len()],
             of_means: vec![None; factors.len()],
@@ -464,9 +465,8 @@ impl<'m> Study<'m> {
             counts,
         };
         let remembers = !self.model.scene().robot.residues.is_empty();
-        let transient = self.model.scene().robot.doubt.transient;
-        let errs = motion_error > 0.0 || transient > 0.0 || remembers;
-        if errs { exact.with_doubts(self.doubts(), motion_error, transient) } else { exact }
+        let errs = motion > 0.0 || transient > 0.0 || remembers;
+        if errs { exact.with_doubts(self.doubts(), motion, transient) } else { exact }
     }
 
     /// What an error of the model's own motion does to each cluster's readings.

@@ -1,11 +1,12 @@
 //! From a ranking to an answer: what is named, how sure that is, and what cannot be told from it.
 
 use super::blind::blind;
+use super::doubt::SHARES;
 use super::misfit::{misfit, run_readings};
 use super::noise;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::variant::{Axis, CLOCKS, Variant, causes, terms};
-use super::{Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Verdict, residue};
+use super::{Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Transient, Verdict, residue};
 use crate::scene::Doubt;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -34,7 +35,8 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
     let best = convincing(ranking, variants);
     let has_formula = best.set.iter().any(|&index| variants[index].is_term());
     let by_formula = has_formula && share_of_causes(study, best) < MOST;
-    let unexplained = by_formula || leaves_much(study, best);
+    let much = leaves_much(study, best);
+    let unexplained = by_formula || much;
     let misfit = misfit(given);
     let answered = study.answered(best);
     let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
@@ -106,6 +108,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         blind_to: blind(study),
         noise,
         clocks: if unexplained { Vec::new() } else { clocks(study, ranking, best) },
+        transient: transient(study, best).filter(|_| much),
         causes: causes(variants, &answered),
         empirical: terms(variants, &answered),
         other_tyres: None,
@@ -215,6 +218,19 @@ pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
     let of_repeats = (all - of_means) as f64;
     let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left / freedom));
     left > MUCH * freedom && chance < HARDLY
+}
+
+/// Errors that are made good by a run's end, under which what an answer leaves is likeliest; `None` where they say little.
+fn transient(study: &Study<'_>, best: &Hypothesis) -> Option<Transient> {
+    let stated = study.model.scene().robot.doubt;
+    let likelihood = |transient: f64| {
+        let doubt = Doubt { transient, ..stated };
+        study.problem_of(&study.noise, doubt, study.counts.clone()).log_likelihood(&best.fit.at)
+    };
+    let own = likelihood(stated.transient);
+    let of = |share: f64| Transient { share, log_odds: likelihood(share) - own };
+    let all = SHARES.into_iter().filter(|&share| share > stated.transient).map(of);
+    all.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)).filter(|best| best.log_odds > REAL)
 }
 
 /// Share of what causes and formula take away together that the causes take away alone.

@@ -266,6 +266,7 @@ fn diagnosed() -> Diagnosis {
         blind_to: Vec::new(),
         noise: NoiseModel::prior(&Survey::default()),
         clocks: Vec::new(),
+        transient: None,
         causes: Vec::new(),
         empirical: Vec::new(),
         other_tyres: None,

@@ -4,7 +4,7 @@
 use super::grid::Grid;
 use super::text::{Style, decimals, parameter};
 use crate::calibrate::Parameter;
-use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Verdict};
+use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Transient, Verdict};
 use crate::effect::Cause;
 use crate::scene::Contact;
 use std::collections::BTreeMap;
@@ -122,7 +122,18 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
 
 /// What is to be said of the extended model.
 pub(super) fn notes(diagnosis: &Diagnosis) -> Vec<String> {
-    tyres(diagnosis).into_iter().chain(sizes(diagnosis)).chain(clocks(diagnosis)).collect()
+    [tyres(diagnosis), sizes(diagnosis), clocks(diagnosis), transient(diagnosis)].into_iter().flatten().collect()
+}
+
+/// What is left, where it may be made good.
+fn transient(diagnosis: &Diagnosis) -> Option<String> {
+    diagnosis.transient.map(|Transient { share, log_odds }| {
+        format!(
+            "What is left is e^{log_odds:.0} times likelier as errors of the motion that are made good by the end of a run, as \
+             play, wind-up and delay are. If that is true of this robot, `transient = {share}` under `[doubt]` in its file says so: \
+             diagnose again with it."
+        )
+    })
 }
 
 /// Clocks of several campaigns, of which a finding states the mean.

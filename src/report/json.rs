@@ -74,8 +74,16 @@ pub struct DiagnosisJson {
     noise: NoiseJson,
     /// Where clocks disagree in several campaigns, by how much in each.
     clocks: Vec<ClockJson>,
+    /// Errors that are made good by a run's end, as which what is left is likelier, where the answer leaves much.
+    transient: Option<TransientJson>,
     left_out: Vec<String>,
     extended_model: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct TransientJson {
+    share: f64,
+    log_odds: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -267,6 +275,7 @@ impl DiagnosisJson {
                 .iter()
                 .map(|c| ClockJson { campaign: c.campaign.clone(), offset_s: c.offset, std_dev: c.std_dev })
                 .collect(),
+            transient: diagnosis.transient.map(|it| TransientJson { share: it.share, log_odds: it.log_odds }),
             left_out: diagnosis.left_out.clone(),
             extended_model: extended_model.to_string_lossy().into_owned(),
         }
