@@ -108,7 +108,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         blind_to: blind(study),
         noise,
         clocks: if unexplained { Vec::new() } else { clocks(study, ranking, best) },
-        transient: transient(study, best).filter(|_| much),
+        transient: if much { transient(study, best) } else { None },
         causes: causes(variants, &answered),
         empirical: terms(variants, &answered),
         other_tyres: None,
