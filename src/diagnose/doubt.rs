@@ -15,7 +15,7 @@ use super::residue::Memory;
 use super::surrogate::Surrogate;
 use super::way::{ARM, Step, Way, compose};
 use crate::scene::Survey;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn};
 
 /// Shares that are tried \[–\].
 pub(super) const SHARES: [f64; 8] = [0.0, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3, 6.4e-3];
@@ -51,7 +51,7 @@ impl MotionError {
 }
 
 /// One kind of error of the motion.
-struct Kind {
+pub(super) struct Kind {
     part: usize,
     /// Of the step: forward, sideways or heading.
     component: usize,
@@ -62,7 +62,7 @@ struct Kind {
 }
 
 /// Change of a run's readings by each kind of error, in each part of its way and in all of it.
-fn kinds(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> Vec<Kind> {
+pub(super) fn kinds(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> Vec<Kind> {
     // Small against everything that bends the way.
     const SMALL: f64 = 1e-4;
     let read = |steps: &[Step]| flatten(case, &surrogate.readings(case, way, &compose(way.start, steps), survey));
@@ -90,17 +90,15 @@ fn kinds(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> Vec<
     kinds
 }
 
-/// Change of a run's readings by each kind of error that adds up, in each part of its way and in all of it, for a share of 1.
-pub(super) fn columns(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> DMatrix<f64> {
-    let columns: Vec<_> = kinds(surrogate, case, way, survey).into_iter().map(|kind| kind.column).collect();
-    DMatrix::from_columns(&columns)
+/// Columns of errors that add up, in each part of a way and in all of it, for a share of 1.
+pub(super) fn lasting(kinds: &[Kind]) -> DMatrix<f64> {
+    DMatrix::from_columns(&kinds.iter().map(|kind| kind.column.as_view()).collect::<Vec<DVectorView<'_, f64>>>())
 }
 
 /// The same of errors in each part that are made good by the end: independent ones, given that in each component the motion
 /// that they make adds up to none, Σ εᵢ mᵢ = 0 with mᵢ the way they act on. Their covariance is that of ε less its projection
 /// on m.
-pub(super) fn transient_columns(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> DMatrix<f64> {
-    let mut kinds = kinds(surrogate, case, way, survey);
+pub(super) fn transient(mut kinds: Vec<Kind>) -> DMatrix<f64> {
     kinds.retain(|kind| kind.part < PARTS);
     for component in 0..3 {
         let of = || kinds.iter().filter(|kind| kind.component == component);
@@ -114,7 +112,7 @@ pub(super) fn transient_columns(surrogate: &Surrogate, case: &Case, way: &Way, s
             kind.column.axpy(-kind.moved, &summed, 1.0);
         }
     }
-    DMatrix::from_columns(&kinds.into_iter().map(|kind| kind.column).collect::<Vec<_>>())
+    lasting(&kinds)
 }
 
 /// Factor of the covariance that the mean of a cluster's whitened readings has by such errors, over the one it has without:

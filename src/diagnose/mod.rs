@@ -479,18 +479,15 @@ impl<'m> Study<'m> {
             let (case, given) = (&self.cases[reference], &self.surrogate.ways[reference]);
             let way = Way { steps: self.surrogate.steps(index, reference, at, &self.variants), ..given.clone() };
             let condition = self.conditions[cluster.condition].label();
-            let transient = doubt::transient_columns(&self.surrogate, case, &way, &survey);
-            match residue::of_last(self.model.scene(), case, &condition) {
-                None => {
-                    let columns = doubt::columns(&self.surrogate, case, &way, &survey);
-                    MotionError { columns, transient, memory: None }
+            let kinds = doubt::kinds(&self.surrogate, case, &way, &survey);
+            let lasting = doubt::lasting(&kinds);
+            let (columns, memory) = match residue::of_last(self.model.scene(), case, &condition) {
+                None => (lasting, None),
+                Some(residue) => {
+                    (residue::columns(self, case, &way, at, &lasting), Some(Memory::of(self, residue, case, given)))
                 }
-                Some(residue) => MotionError {
-                    columns: residue::columns(self, case, &way, at),
-                    transient,
-                    memory: Some(Memory::of(self, residue, case, given)),
-                },
-            }
+            };
+            MotionError { columns, transient: doubt::transient(kinds), memory }
         };
         self.doubts.get_or_init(|| self.clusters.par_iter().enumerate().map(of).collect())
     }

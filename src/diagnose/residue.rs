@@ -46,14 +46,19 @@ pub(super) fn of_last<'s>(scene: &'s Scene, case: &Case, condition: &str) -> Opt
     scene.robot.residues.iter().find(alike)
 }
 
-/// What errors of the motion do to a run's readings, and errors of the survey: each as large as is plausible of it where the
+/// What errors of the `motion` do to a run's readings, and errors of the survey: each as large as is plausible of it where the
 /// motion is wrong by `WIDE`. `way` is the run's under `at`.
-pub(super) fn columns(study: &Study<'_>, case: &Case, way: &Way, at: &Coordinates) -> DMatrix<f64> {
+pub(super) fn columns(
+    study: &Study<'_>,
+    case: &Case,
+    way: &Way,
+    at: &Coordinates,
+    motion: &DMatrix<f64>,
+) -> DMatrix<f64> {
     // Of what is plausible: small against what turns a way.
     const SMALL: f64 = 0.1;
     let survey_of =
         |at: &Coordinates| study.surrogate.survey_in(case.campaign, study.model.scene(), at, &study.variants);
-    let motion = doubt::columns(&study.surrogate, case, way, &survey_of(at));
     let path = compose(way.start, &way.steps);
     let read = |at: &Coordinates| flatten(case, &study.surrogate.readings(case, way, &path, &survey_of(at)));
     let here = read(at);
@@ -88,7 +93,9 @@ impl Memory {
         };
         let path = compose(way.start, &way.steps);
         let factor = linear::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
-        let mut columns = columns(study, &read, way, &[]);
+        let survey = surrogate.survey_in(read.campaign, scene, &[], &study.variants);
+        let motion = doubt::lasting(&doubt::kinds(surrogate, &read, way, &survey));
+        let mut columns = columns(study, &read, way, &[], &motion);
         doubt::whiten(&factor, &mut columns);
         let left: Vec<Pose2> = (0..residue.x.len())
             .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
