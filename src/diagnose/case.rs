@@ -8,10 +8,9 @@ use crate::scene::{NoiseModel, Scene, Survey};
 /// One run.
 #[derive(Debug, Clone)]
 pub(super) struct Case {
-    /// Name of its campaign and its own.
-    pub name: String,
     /// Index of its campaign: each has a survey and clocks of its own.
     pub campaign: usize,
+    pub campaign_name: String,
     pub run: Run,
     /// What the wheels' counts mean.
     pub counted: OdometryParameters,
@@ -150,15 +149,17 @@ pub(super) fn cases(datasets: &[Dataset], first: usize, scene: &Scene) -> (Vec<C
             let on_the_way = readings.iter().any(|reading| reading.stamp.is_some());
             let frame_stamp = run.poses.as_ref().filter(|_| on_the_way).and_then(|log| log.time.first().copied());
             let hours = run.started.unwrap_or(0.0) / 3600.0;
-            cases.push(Case { name, campaign, run: run.clone(), counted, replayed, readings, frame_stamp, hours });
+            let campaign_name = dataset.campaign.name.clone();
+            let run = run.clone();
+            cases.push(Case { campaign, campaign_name, run, counted, replayed, readings, frame_stamp, hours });
         }
-        on_their_marks(&mut cases[own..], &NoiseModel::prior(&survey_of(dataset, scene)));
+        on_their_marks(&mut cases[own..], &NoiseModel::prior(&stated_survey(dataset, scene)));
     }
     (cases, left_out)
 }
 
 /// How a campaign was surveyed, as far as it says so.
-pub(super) fn survey_of(dataset: &Dataset, scene: &Scene) -> Survey {
+pub(super) fn stated_survey(dataset: &Dataset, scene: &Scene) -> Survey {
     let stated = &dataset.campaign.survey;
     Survey {
         position_std: stated.position_std.unwrap_or(scene.survey.position_std),
@@ -252,9 +253,9 @@ fn readings(run: &Run, replayed: bool, counted: &OdometryParameters, most: usize
 }
 
 impl Case {
-    /// Name of its campaign.
-    pub fn campaign_name(&self) -> &str {
-        self.name.strip_suffix(&self.run.name).map_or(&self.name, |campaign| campaign.trim_end_matches('/'))
+    /// Name of its campaign and its own.
+    pub fn name(&self) -> String {
+        format!("{}/{}", self.campaign_name, self.run.name)
     }
 
     /// The same run with so many readings that its way can be drawn.

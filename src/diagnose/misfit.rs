@@ -112,7 +112,7 @@ pub(super) fn run_readings(study: &Study<'_>, given: &Study<'_>, at: &[(Axis, f6
             runs.push((
                 run,
                 RunReadings {
-                    name: case.name.clone(),
+                    name: case.name(),
                     condition: study.conditions[cluster.condition].label(),
                     held_out: study.held_out[run],
                     stamps: case.readings.iter().map(|reading| reading.stamp).collect(),

@@ -127,7 +127,7 @@ pub struct Study<'m> {
     cases: Vec<Case>,
     clusters: Vec<Cluster>,
     /// How many of them, the first ones, have runs that were not named to be held out.
-    campaign: usize,
+    used: usize,
     conditions: Vec<Condition>,
     variants: Vec<Variant>,
     /// How many of them do not depend on what was measured; those after are spots between the first ones.
@@ -188,7 +188,7 @@ impl<'m> Study<'m> {
         if used == 0 {
             return Err(DiagnoseError::NothingToUse { left_out });
         }
-        let prior = |dataset| NoiseModel::prior(&case::survey_of(dataset, scene));
+        let prior = |dataset| NoiseModel::prior(&case::stated_survey(dataset, scene));
         let prior_noise = datasets.iter().chain(hold_out).map(prior).collect();
         let runs = Runs { cases, used, left_out, prior_noise };
         Ok(Study::of(Base::of(model), runs, Candidates::All(library), options, progress)?)
@@ -207,13 +207,13 @@ impl<'m> Study<'m> {
         let (clusters, conditions) = case::clusters(&cases, scene.robot.tyre_growth != 0.0);
         // Candidates, and what is plausible of them, are those of the runs that are explained. Cases that are held out come last,
         // and so do their clusters.
-        let campaign = clusters.iter().filter(|cluster| cluster.reference < used).count();
+        let used_clusters = clusters.iter().filter(|cluster| cluster.reference < used).count();
         let mut variants = match candidates {
             Candidates::All(_) => Variant::all(scene, &with_clocks(&cases[..used])),
             Candidates::Few(few) => few.iter().filter(|variant| variant.effect.applies(scene)).cloned().collect(),
         };
-        let mut surrogate = Surrogate::new(&model, &cases, &clusters, campaign, &mut variants, candidates, progress)?;
-        let (features, speed) = surrogate.sizes(&clusters[..campaign]);
+        let mut surrogate = Surrogate::new(&model, &cases, &clusters, used_clusters, &mut variants, candidates, progress)?;
+        let (features, speed) = surrogate.sizes(&clusters[..used_clusters]);
         for part in TwistPart::ALL {
             // A hundredth of the speed, or so many radians a metre.
             for (feature, size) in features.iter().filter(|(_, size)| *size > 1e-9) {
@@ -225,7 +225,7 @@ impl<'m> Study<'m> {
         let remembers = |cluster: &Cluster| {
             residue::of_last(scene, &cases[cluster.reference], &conditions[cluster.condition].label()).is_some()
         };
-        let in_doubt = !clusters[..campaign].iter().all(remembers);
+        let in_doubt = !clusters[..used_clusters].iter().all(remembers);
         for (id, doubt) in CALIBRATED.into_iter().zip(calibrated(scene.robot.doubt)) {
             let known = variants.iter().find(|variant| variant.effect.id == id);
             if let Some(doubted) = known.filter(|_| in_doubt && doubt > 0.0).map(|variant| variant.doubted(doubt)) {
@@ -251,7 +251,7 @@ impl<'m> Study<'m> {
             options,
             cases,
             clusters,
-            campaign,
+            used: used_clusters,
             conditions,
             first_variants: variants.len(),
             variants,
@@ -369,14 +369,14 @@ impl<'m> Study<'m> {
             let path = self.surrogate.path(cluster, self.clusters[cluster].reference, at, &self.variants);
             path[path.len() - 1].heading
         };
-        let turned = (0..self.campaign).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
+        let turned = (0..self.used).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
         let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
         let is_late = |cluster: &Cluster| {
             let survey = self.surrogate.by_clocks_of(cluster.campaign, survey, at, &self.variants);
             let mut stamps = self.cases[cluster.reference].readings.iter().filter_map(|reading| reading.stamp);
             stamps.any(|stamp| (survey.time_of(stamp) - self.surrogate.survey.time_of(stamp)).abs() > LATE)
         };
-        let shifted = self.clusters[..self.campaign].iter().any(is_late);
+        let shifted = self.clusters[..self.used].iter().any(is_late);
         if turned || shifted {
             self.shape(at.clone());
         }

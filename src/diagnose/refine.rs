@@ -92,8 +92,8 @@ impl Study<'_> {
         let looked_into = !places.is_empty();
         for (place, value) in places {
             for &distance in distances {
-                let campaign = &self.clusters[..self.campaign];
-                for place in spots::near(place, distance, &self.cases, campaign, &self.surrogate.ways) {
+                let used = &self.clusters[..self.used];
+                for place in spots::near(place, distance, &self.cases, used, &self.surrogate.ways) {
                     if self.variants.iter().any(|variant| variant.place() == Some(place)) {
                         continue;
                     }

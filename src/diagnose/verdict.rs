@@ -189,7 +189,7 @@ pub(super) fn correction(study: &Study<'_>, at: &[(Axis, f64)]) -> f64 {
     let of = |component: usize| {
         let (mut changed, mut whole) = (0.0, 0.0);
         // Runs that are held out have no say in how far a model is to be doubted.
-        for (index, cluster) in study.clusters[..study.campaign].iter().enumerate() {
+        for (index, cluster) in study.clusters[..study.used].iter().enumerate() {
             let way = &study.surrogate.ways[cluster.reference];
             let steps = study.surrogate.steps(index, cluster.reference, at, &study.variants);
             for (step, given) in steps.iter().zip(&way.steps) {
@@ -280,7 +280,7 @@ fn clocks(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis) -> Vec<Clock>
         let campaign = variant.coordinates[k].clocks_of?;
         let case = study.cases.iter().find(|case| case.campaign == campaign)?;
         let (offset, std_dev) = (at[k], covariance[(k, k)].sqrt());
-        Some(Clock { campaign: case.campaign_name().to_owned(), offset, std_dev })
+        Some(Clock { campaign: case.campaign_name.clone(), offset, std_dev })
     };
     variant.clocks().into_iter().filter_map(of_campaign).collect()
 }

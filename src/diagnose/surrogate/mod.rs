@@ -59,12 +59,12 @@ pub(super) struct Surrogate {
 
 impl Surrogate {
     /// Simulates every run of `cases` as given, and every cluster under every variant; to `variants` come spots on the floor,
-    /// which need ways first: those of the first clusters, so many as are the `campaign`'s.
+    /// which need ways first: those of the first clusters, so many as are `used`.
     pub fn new(
         model: &dyn ForwardModel,
         cases: &[Case],
         clusters: &[Cluster],
-        campaign: usize,
+        used: usize,
         variants: &mut Vec<Variant>,
         candidates: Candidates<'_>,
         progress: &(dyn Fn(usize, usize) + Sync),
@@ -124,10 +124,10 @@ impl Surrogate {
         let places = match candidates {
             Candidates::Few(_) => Vec::new(),
             Candidates::All(Some(library)) if unknown == 0 => library.places.clone(),
-            Candidates::All(_) => spots::places(scene, cases, &clusters[..campaign], &ways),
+            Candidates::All(_) => spots::places(scene, cases, &clusters[..used], &ways),
         };
         variants.extend(places.into_iter().map(Variant::spot));
-        let most_turning = clusters[..campaign]
+        let most_turning = clusters[..used]
             .iter()
             .map(|cluster| cluster.reference)
             .enumerate()
@@ -168,8 +168,8 @@ impl Surrogate {
         for ((cluster, axis), response) in to_simulate.into_iter().zip(responses) {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
-        let campaign = &clusters[..campaign];
-        surrogate.even = axes.into_iter().filter(|&axis| surrogate.turns_back(axis, campaign, variants)).collect();
+        let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
+        surrogate.even = axes.into_iter().filter(turns_back).collect();
         Ok(surrogate)
     }
 
