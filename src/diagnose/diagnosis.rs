@@ -30,6 +30,8 @@ pub struct Diagnosis {
     pub ranking: Vec<Ranked>,
     /// Probability of each effect to be at work; nothing at all is `None`.
     pub probabilities: Vec<(Option<&'static str>, f64)>,
+    /// What is likelier than nothing where nothing is named.
+    pub suspicion: Option<Suspicion>,
     /// What these data could not have shown.
     pub blind_to: Vec<Blind>,
     /// Sizes of the noise; root mean squares over several campaigns.
@@ -49,7 +51,7 @@ pub struct Diagnosis {
     pub doubt: Doubt,
     /// What the answer leaves of these runs, for the diagnosis of later ones.
     pub residues: Vec<Residue>,
-    /// What to drive next, where two answers stand.
+    /// What to drive next, where two answers stand, or one that is suspected.
     pub next_experiment: Option<NextExperiment>,
     /// Readings of every run, and what the models predict of them.
     pub runs: Vec<RunReadings>,
@@ -94,6 +96,15 @@ pub struct Found {
     pub value: f64,
     /// 1 σ; `None`: not sought.
     pub std_dev: Option<f64>,
+}
+
+/// Causes that are likelier than none, and not sure enough to be named.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Suspicion {
+    /// Odds that a cause is at work, against none.
+    pub odds: f64,
+    /// The likeliest effects, each with its probability.
+    pub effects: Vec<(&'static str, f64)>,
 }
 
 /// What the clocks of one campaign disagree by.

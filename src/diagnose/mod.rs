@@ -36,7 +36,7 @@ mod way;
 pub use crate::scene::NoiseModel;
 pub use blind::Blind;
 pub use case::Condition;
-pub use diagnosis::{Clock, Diagnosis, Finding, Found, Ranked, Transient, Verdict};
+pub use diagnosis::{Clock, Diagnosis, Finding, Found, Ranked, Suspicion, Transient, Verdict};
 pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
 pub use misfit::{Misfit, MisfitCondition, RunReadings};
@@ -212,7 +212,8 @@ impl<'m> Study<'m> {
             Candidates::All(_) => Variant::all(scene, &with_clocks(&cases[..used])),
             Candidates::Few(few) => few.iter().filter(|variant| variant.effect.applies(scene)).cloned().collect(),
         };
-        let mut surrogate = Surrogate::new(&model, &cases, &clusters, used_clusters, &mut variants, candidates, progress)?;
+        let mut surrogate =
+            Surrogate::new(&model, &cases, &clusters, used_clusters, &mut variants, candidates, progress)?;
         let (features, speed) = surrogate.sizes(&clusters[..used_clusters]);
         for part in TwistPart::ALL {
             // A hundredth of the speed, or so many radians a metre.
@@ -547,7 +548,7 @@ impl<'m> Study<'m> {
         (0..self.first_variants).filter(|&index| self.variants[index].is_cause()).collect()
     }
 
-    /// The protocol that separates the answer from the likeliest other, where both stand.
+    /// The protocol that separates the answer from the likeliest other, where both stand, or from what is suspected.
     fn next_experiment(
         &self,
         ranking: &search::Ranking,
@@ -557,17 +558,20 @@ impl<'m> Study<'m> {
         let ids = |h: &search::Hypothesis| -> Vec<&'static str> {
             h.set.iter().map(|&index| self.variants[index].effect.id).collect()
         };
-        let ambiguous = diagnosis.verdict == Verdict::Ambiguous;
-        let rival =
-            ranking.hypotheses.iter().find(|h| ids(h) != ids(best) && (!ambiguous || h.set != ranking.nothing().set));
-        let Some(rival) = rival.filter(|_| ambiguous) else { return Ok(None) };
+        if diagnosis.verdict != Verdict::Ambiguous && diagnosis.suspicion.is_none() {
+            return Ok(None);
+        }
+        let is_rival = |h: &&search::Hypothesis| ids(h) != ids(best) && h.set != ranking.nothing().set;
+        let Some(rival) = ranking.hypotheses.iter().find(is_rival) else { return Ok(None) };
         let name = |h: &search::Hypothesis| {
             let causes = h.set.iter().filter(|&&index| self.variants[index].is_cause());
             let names: Vec<String> = causes.map(|&index| self.variants[index].label()).collect();
             if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") }
         };
         let causes = |h: &search::Hypothesis| variant::causes(&self.variants, &h.fit.at);
-        next::next(self, (&name(best), &causes(best)), (&name(rival), &causes(rival)))
+        // The one that may be refitted comes second.
+        let (one, other) = if diagnosis.suspicion.is_some() { (rival, best) } else { (best, rival) };
+        next::next(self, (&name(one), &causes(one)), (&name(other), &causes(other)))
     }
 
     /// Where an answer is, without what is in doubt of the model anyway. Where causes may act otherwise than the model has

@@ -6,7 +6,9 @@ use super::misfit::{misfit, run_readings};
 use super::noise;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::variant::{Axis, CLOCKS, Variant, causes, terms};
-use super::{Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Transient, Verdict, residue};
+use super::{
+    Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Suspicion, Transient, Verdict, residue,
+};
 use crate::scene::Doubt;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
@@ -104,6 +106,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         misfit,
         findings,
         ranking: ranked,
+        suspicion: if verdict == Verdict::Explained { suspicion(&probabilities) } else { None },
         probabilities,
         blind_to: blind(study),
         noise,
@@ -118,6 +121,20 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         runs: run_readings(study, given, &answered),
         left_out: study.left_out.clone(),
     })
+}
+
+/// What is clearly likelier than nothing, of the effects' probabilities.
+fn suspicion(probabilities: &[(Option<&'static str>, f64)]) -> Option<Suspicion> {
+    // Odds that are positive evidence [Kass & Raftery 1995, *J. Am. Stat. Assoc.* 90].
+    const POSITIVE: f64 = 3.0;
+    // Of an effect that is worth a word.
+    const LIKELY: f64 = 0.1;
+    let nothing = probabilities.iter().find(|(id, _)| id.is_none())?.1;
+    let mut effects: Vec<(&str, f64)> =
+        probabilities.iter().filter(|(_, p)| *p > LIKELY).filter_map(|&(id, p)| Some((id?, p))).collect();
+    effects.sort_by(|one, other| other.1.total_cmp(&one.1));
+    let odds = (1.0 - nothing) / nothing;
+    (odds > POSITIVE && !effects.is_empty()).then_some(Suspicion { odds, effects })
 }
 
 /// The answer of the fewest causes that is hardly less likely than the best, of which no part could as well be left out; none,

@@ -266,6 +266,7 @@ fn diagnosed() -> Diagnosis {
         blind_to: Vec::new(),
         noise: NoiseModel::prior(&Survey::default()),
         clocks: Vec::new(),
+        suspicion: None,
         transient: None,
         causes: Vec::new(),
         empirical: Vec::new(),

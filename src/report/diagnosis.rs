@@ -4,7 +4,7 @@
 use super::grid::Grid;
 use super::text::{Style, decimals, parameter};
 use crate::calibrate::Parameter;
-use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Transient, Verdict};
+use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Suspicion, Transient, Verdict};
 use crate::effect::Cause;
 use crate::scene::Contact;
 use std::collections::BTreeMap;
@@ -82,9 +82,18 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
         terms => format!(", beside a formula that no known effect stands for: {}", terms.join(", ")),
     };
     match diagnosis.verdict {
-        Verdict::Explained => {
-            "Explained: the model as given suffices, or nothing exceeds what these data can show.".to_owned()
-        }
+        Verdict::Explained => match &diagnosis.suspicion {
+            None => "Explained: the model as given suffices, or nothing exceeds what these data can show.".to_owned(),
+            Some(Suspicion { odds, effects }) => {
+                let names: Vec<String> = effects.iter().map(|(id, p)| format!("{id} ({})", share(*p))).collect();
+                let odds = digits(*odds);
+                format!(
+                    "Explained, as far as these data can tell: no cause is sure enough to be named, though odds of {odds} to 1 \
+                     speak for one, {}.",
+                    joined(&names, "or")
+                )
+            }
+        },
         Verdict::Unexplained => {
             let causes: Vec<String> =
                 diagnosis.causes.iter().map(|cause| chosen(cause.effect.id, &cause.choice)).collect();
@@ -263,7 +272,7 @@ pub(super) fn share_gained(gain: &Gain) -> String {
     format!("{} % ({low} to {high} %)", percent(1.0 - gain.position_after / gain.position_before))
 }
 
-/// What to drive next, where two answers stand.
+/// What to drive next, where two answers stand, or one that is suspected.
 pub(super) fn next(diagnosis: &Diagnosis) -> Option<String> {
     let next = diagnosis.next_experiment.as_ref()?;
     // Both answers hold what is not in question.

@@ -74,10 +74,18 @@ pub struct DiagnosisJson {
     noise: NoiseJson,
     /// Where clocks disagree in several campaigns, by how much in each.
     clocks: Vec<ClockJson>,
+    /// What is likelier than nothing where nothing is named.
+    suspicion: Option<SuspicionJson>,
     /// Errors that are made good by a run's end, as which what is left is likelier, where the answer leaves much.
     transient: Option<TransientJson>,
     left_out: Vec<String>,
     extended_model: String,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct SuspicionJson {
+    odds: f64,
+    effects: BTreeMap<&'static str, f64>,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -275,6 +283,10 @@ impl DiagnosisJson {
                 .iter()
                 .map(|c| ClockJson { campaign: c.campaign.clone(), offset_s: c.offset, std_dev: c.std_dev })
                 .collect(),
+            suspicion: diagnosis
+                .suspicion
+                .as_ref()
+                .map(|it| SuspicionJson { odds: it.odds, effects: it.effects.iter().copied().collect() }),
             transient: diagnosis.transient.map(|it| TransientJson { share: it.share, log_odds: it.log_odds }),
             left_out: diagnosis.left_out.clone(),
             extended_model: extended_model.to_string_lossy().into_owned(),

@@ -47,6 +47,35 @@ fn off(finding: &Finding, truth: f64) -> f64 {
     (parameter.value - truth) / parameter.std_dev.expect("it was sought")
 }
 
+/// As a cause grows, it is nothing first, then suspected with the run that would settle it, then named: the same campaign with
+/// the same noise, and a cause larger by a seventh each time.
+#[test]
+fn a_cause_is_suspected_before_it_is_named() {
+    let given = base();
+    let simulator = Simulator::new(&given, &GO_ON);
+    let (mut stages, mut library) = (Vec::new(), None);
+    for step in 0..8 {
+        let larger = cause("wheel_diameter_mismatch", 5e-4 * 1.15_f64.powi(step));
+        let dataset = small(squares(&larger.edit(&given), &given, DataKind::EndPoints, 5));
+        let study = Study::new(&[dataset], &[], &simulator, Options::default(), library.as_ref(), &|_, _| {});
+        let mut study = study.expect("it is data");
+        let found = study.diagnose().expect("it can be diagnosed");
+        library.get_or_insert_with(|| study.library());
+        let stage = match (found.verdict, &found.suspicion, &found.next_experiment) {
+            (Verdict::Explained, None, None) => 0,
+            (Verdict::Explained, Some(suspicion), Some(next)) => {
+                assert!(suspicion.odds > 3.0 && suspicion.odds < 50.0, "{suspicion:?}");
+                assert_eq!(next.separates[1], "nothing", "{next:?}");
+                1
+            }
+            (Verdict::Named | Verdict::Ambiguous, None, _) => 2,
+            other => panic!("{other:?}"),
+        };
+        stages.push(stage);
+    }
+    assert!(stages.is_sorted() && stages.contains(&0) && stages.contains(&1) && stages.contains(&2), "{stages:?}");
+}
+
 /// Hidden effects drawn from the priors, and a clean robot in one draw of five: no wrong name, no false alarm, and names
 /// where an oracle that knows the truth could give them. Of so few draws one may be lost to noise (in 12 draws at the
 /// targets' rates of 1 to 2 % a draw, two or more would be a matter of 1 in 40).
