@@ -118,13 +118,9 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
                 names.extend(finding.confounded_with.iter().map(|&other| other.to_owned()));
                 joined(&names, "or")
             });
-            let groups = groups.collect::<Vec<_>>().join(", and ");
-            match alone.as_slice() {
-                [] => format!("Ambiguous: {groups}; these data cannot tell which{beside}."),
-                alone => {
-                    format!("Ambiguous: {}, and either {groups}; these data cannot tell which{beside}.", list(alone))
-                }
-            }
+            let groups = groups.collect::<Vec<_>>().join("; ");
+            let sure = if alone.is_empty() { String::new() } else { format!("{}; and beside that ", list(&alone)) };
+            format!("Ambiguous: {sure}{groups}{beside}. These data cannot tell which.")
         }
     }
 }
