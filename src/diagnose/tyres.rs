@@ -143,6 +143,7 @@ pub(super) fn judge(
     }
     if diagnosis.verdict == Verdict::Explained {
         diagnosis.verdict = Verdict::Named;
+        (diagnosis.suspicion, diagnosis.next_experiment) = (None, None);
     }
     for answer in diagnosis.ranking.iter_mut().filter(|answer| !answer.effects.iter().any(|name| name == CLASS)) {
         answer.effects.insert(0, CLASS.to_owned());
