@@ -71,8 +71,8 @@ class Hidden:
     effect: str | None = None
     values: dict = field(default_factory=dict)
 
-    def get(self, effect, parameter, otherwise=0.0):
-        return self.values[parameter] if self.effect == effect else otherwise
+    def get(self, effect, parameter):
+        return self.values[parameter] if self.effect == effect else 0.0
 
     @staticmethod
     def drawn(rng):
@@ -373,9 +373,11 @@ def compare_responses(treadmark):
 TRACK_CLASS = {"tyre_grip_anisotropy", "load_offset_longitudinal", "effective_track"}
 
 
-def judged(hidden, findings):
+def judged(hidden, answer):
     """What an answer is worth: right alone, right in a group, silent or wrong, as the challenge scores it without an oracle."""
-    sets = [{finding["effect"], *finding["confounded_with"]} for finding in findings]
+    sets = [{finding["effect"], *finding["confounded_with"]} for finding in answer["findings"]]
+    if answer["verdict"] == "unexplained":
+        return "wrong"
     if not sets:
         return "rightly clean" if hidden.effect is None else "silent"
     is_it = lambda one: hidden.effect in one or ("effective_track" in one and hidden.effect in TRACK_CLASS)
@@ -413,7 +415,7 @@ def main():
             diagnosed(arguments.treadmark, folder / "clean", arguments.robot, folder / "model")
             model = folder / "model" / "extended_model.toml"
             answer = diagnosed(arguments.treadmark, folder / "hidden", model, folder / "answer")
-            verdict = judged(hidden, answer["findings"])
+            verdict = judged(hidden, answer)
             counts[verdict] = counts.get(verdict, 0) + 1
             said = "; ".join(map(in_words, answer["findings"]))
             print(f"{seed} {verdict}: hidden {hidden}; {answer['verdict']} {said}", flush=True)
