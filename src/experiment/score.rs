@@ -1,6 +1,6 @@
 //! Scoring of hidden-effect challenges against an oracle that knows the true scene.
 
-use super::challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind, surveyed};
+use super::challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind, drive_campaign, surveyed};
 use super::predict::predict;
 use super::simulator::Simulator;
 use super::stage::campaign;
@@ -39,8 +39,11 @@ pub struct Scored {
     pub regret: Option<f64>,
     /// Smallest detectable sizes over the oracle's.
     pub detectable_ratio: Vec<f64>,
-    /// Held-out gain in position, and that of an oracle which predicts the truth; `None` where the response is too weak.
+    /// Gain in position on folds of the campaign, each foretold from the others, and that of an oracle which knows the truth
+    /// beforehand; `None` where the response is too weak.
     pub gain: Option<[f64; 2]>,
+    /// Gain in position on another campaign of the same world, and that of the oracle; `None` where the response is too weak.
+    pub gain_on_fresh: Option<[f64; 2]>,
     /// Time that the diagnosis took \[s\].
     pub seconds: f64,
 }
@@ -267,6 +270,9 @@ fn one(
     let seconds = began.elapsed().as_secs_f64();
     let held_out = study.gain()?;
     drop(study);
+    let given = model.scene();
+    let answered =
+        diagnosis.extended(given, held_out.as_ref().map_or(given.robot.doubt.motion, |gain| gain.motion_error));
 
     // The oracle knows the world without what was hidden, its noise, and what was hidden without noise.
     let (dataset, counts) = noise_free(&draw.world, &draw.clean, challenge.campaign, challenge.data, stop)?;
@@ -294,6 +300,14 @@ fn one(
             let before = gain.position_before;
             [1.0 - gain.position_after / before, 1.0 - of_oracle / before]
         });
+        let seed = drive::derived_seed(challenge.seed, "fresh");
+        let fresh = drive_campaign(&draw.world, challenge.campaign, challenge.data, seed, "fresh", stop)?;
+        let left = |scene| -> Result<f64, ScoreError> {
+            Ok(error_of_ends(&fresh, &predict(&fresh, &Simulator::new(scene, stop))?.0))
+        };
+        let [before, after, of_oracle] = [given, &answered, &draw.world].map(left);
+        let before = before?;
+        scored.gain_on_fresh = Some([after?, of_oracle?].map(|left| 1.0 - left / before));
     }
     Ok(scored)
 }
@@ -333,6 +347,20 @@ fn oracle_error(measured: &Dataset, noise_free: &Dataset) -> f64 {
 /// The name that an effect goes by: friction across is the effective track on two axles.
 fn class<'a>(id: &'a str, scene: &Scene) -> &'a str {
     if id == "tyre_grip_anisotropy" && scene.robot.wheelbase() > 0.0 { "effective_track" } else { id }
+}
+
+/// RMS distance of surveyed ends from those of the same runs as predicted \[m\].
+fn error_of_ends(measured: &Dataset, predicted: &Dataset) -> f64 {
+    let squares: Vec<f64> = predicted
+        .runs
+        .iter()
+        .filter_map(|run| {
+            let end = measured.runs.iter().find(|known| known.name == run.name)?.end?;
+            let predicted = run.end?;
+            Some((end.x - predicted.x).powi(2) + (end.y - predicted.y).powi(2))
+        })
+        .collect();
+    (squares.iter().sum::<f64>() / squares.len().max(1) as f64).sqrt()
 }
 
 fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Study<'_>, seconds: f64) -> Scored {
@@ -470,6 +498,7 @@ fn judge(challenge: &Challenge, draw: &Draw, diagnosis: &Diagnosis, oracle: &Stu
         regret,
         detectable_ratio,
         gain: None,
+        gain_on_fresh: None,
         seconds,
     }
 }

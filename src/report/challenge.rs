@@ -28,6 +28,7 @@ struct Sums {
     oracle_set_size: f64,
     regret: f64,
     gain: f64,
+    gain_on_fresh: f64,
     seconds: f64,
     detectable: [usize; 2],
 }
@@ -39,8 +40,11 @@ impl Sums {
         let covered: Vec<bool> =
             score.draws.iter().flat_map(|scored| &scored.intervals).map(Interval::covers).collect();
         let ratios: Vec<f64> = score.draws.iter().flat_map(|scored| scored.detectable_ratio.iter().copied()).collect();
-        let gains: Vec<[f64; 2]> = score.draws.iter().filter_map(|scored| scored.gain).collect();
-        let of_oracle: f64 = gains.iter().map(|gain| gain[1]).sum();
+        let share = |gain: &dyn Fn(&Scored) -> Option<[f64; 2]>| {
+            let gains: Vec<[f64; 2]> = score.draws.iter().filter_map(gain).collect();
+            let [found, of_oracle] = [0, 1].map(|part| gains.iter().map(|gain| gain[part]).sum::<f64>());
+            if of_oracle > 0.0 { found / of_oracle } else { f64::NAN }
+        };
         Sums {
             runs: score.draws.len(),
             hidden: score.draws.iter().filter(|scored| !scored.truth.is_empty()).count(),
@@ -55,7 +59,8 @@ impl Sums {
                     .collect(),
             ),
             regret: mean(score.draws.iter().filter_map(|scored| scored.regret).collect()),
-            gain: if of_oracle > 0.0 { gains.iter().map(|gain| gain[0]).sum::<f64>() / of_oracle } else { f64::NAN },
+            gain: share(&|scored| scored.gain),
+            gain_on_fresh: share(&|scored| scored.gain_on_fresh),
             seconds: mean(score.draws.iter().map(|scored| scored.seconds).collect()),
             detectable: [ratios.iter().filter(|ratio| (0.5..=2.0).contains(*ratio)).count(), ratios.len()],
         }
@@ -89,6 +94,7 @@ pub fn json(score: &Score) -> Value {
         "mean_oracle_set_size": sums.oracle_set_size,
         "log_score_regret": sums.regret,
         "gain_over_oracle": finite(sums.gain),
+        "gain_on_fresh_campaign_over_oracle": finite(sums.gain_on_fresh),
         "seconds_per_diagnosis": sums.seconds,
     })
 }
@@ -132,7 +138,8 @@ pub fn text(score: &Score) -> String {
     let _ = writeln!(
         out,
         "named {}, where an oracle could name {}; 95 % intervals cover {} of {}; smallest detectable sizes within a factor \
-         of two of the oracle's: {} of {}; held-out gain {:.2} of the oracle's; mean set {:.2} (oracle {:.2}); regret {:.2}; \
+         of two of the oracle's: {} of {}; gain {:.2} of the oracle's on held-out folds, {:.2} on \
+         another campaign of the same world; mean set {:.2} (oracle {:.2}); regret {:.2}; \
          {:.1} s a diagnosis",
         score.count(Tally::Named) + score.count(Tally::BothExact),
         score.oracle_nameable,
@@ -141,6 +148,7 @@ pub fn text(score: &Score) -> String {
         sums.detectable[0],
         sums.detectable[1],
         sums.gain,
+        sums.gain_on_fresh,
         sums.set_size,
         sums.oracle_set_size,
         sums.regret,
@@ -173,8 +181,9 @@ pub fn line(scored: &Scored) -> String {
     let off = scored.intervals.iter().filter(|interval| !interval.covers());
     let off: Vec<String> = off.map(|it| format!("; {}.{} off by {:+.1} σ", it.effect, it.parameter, it.off)).collect();
     let gain = scored.gain.map(|[found, of_oracle]| format!("; gain {found:.2} (oracle {of_oracle:.2})"));
+    let fresh = scored.gain_on_fresh.map(|[found, of_oracle]| format!(", on fresh {found:.2} ({of_oracle:.2})"));
     format!(
-        "{:>5} {}: hidden {}; δ {:.1}; oracle {}; answer {}{}{}; {:.1} s",
+        "{:>5} {}: hidden {}; δ {:.1}; oracle {}; answer {}{}{}{}; {:.1} s",
         scored.seed,
         words(scored.tally),
         if scored.truth.is_empty() { "nothing".to_owned() } else { scored.truth.join(" & ") },
@@ -183,6 +192,7 @@ pub fn line(scored: &Scored) -> String {
         scored.answer,
         off.concat(),
         gain.unwrap_or_default(),
+        fresh.unwrap_or_default(),
         scored.seconds
     )
 }
