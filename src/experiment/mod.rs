@@ -4,16 +4,16 @@ pub mod bench;
 pub mod certify;
 mod challenge;
 mod predict;
-mod score;
 mod simulator;
 mod squares;
 mod stage;
 pub mod sweep;
 mod table_one;
 
-pub use challenge::{CampaignKind, Challenge, DataKind, Draw, EffectsKind};
+pub use challenge::{
+    CampaignKind, Challenge, DataKind, Draw, EffectsKind, Interval, Score, ScoreError, Scored, Tally, planned, score,
+};
 pub use predict::predict;
-pub use score::{Interval, Score, ScoreError, Scored, Tally, planned, score};
 pub use simulator::Simulator;
 pub use squares::{Experiment, ExperimentError, MethodResult, Plan, squares};
 pub use stage::{SideResult, Stage, StageRun, Watch, campaign};

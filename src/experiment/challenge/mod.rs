@@ -1,26 +1,24 @@
 //! Hidden effects: a robot with something wrong, whose truth nothing but the scorer reads.
 
-use super::stage::campaign;
-use crate::dataset::{Dataset, DatasetError, Protocol, Rotation, Travel};
-use crate::drive::{self, DriveError, Task};
+mod campaign;
+mod judge;
+mod oracle;
+mod score;
+
+pub use campaign::{CampaignKind, DataKind, planned};
+pub use score::{Interval, Score, ScoreError, Scored, Tally, score};
+
+use crate::dataset::{Dataset, DatasetError};
+use crate::drive::{self, DriveError};
 use crate::effect::{Cause, EFFECTS, Effect, Prior};
 use crate::geometry::Pose2;
 use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, Tether, TwistPart};
+use campaign::drive_campaign;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
-use rayon::prelude::*;
 use std::f64::consts::{PI, TAU};
 use std::sync::atomic::AtomicBool;
-
-/// What the diagnosis gets to see.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum DataKind {
-    /// Encoder logs and poses on the way.
-    Logs,
-    /// Where runs ended.
-    EndPoints,
-}
 
 /// What is hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -35,15 +33,6 @@ pub enum EffectsKind {
     Outside,
     /// One effect, or in one draw of five nothing.
     Mixed,
-}
-
-/// What is driven.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum CampaignKind {
-    /// 2 m and 4 m squares, both ways, five runs each.
-    Squares,
-    /// A straight, spins at two rates, circles of two radii and a slow square besides.
-    Full,
 }
 
 /// One draw to be made.
@@ -78,85 +67,8 @@ pub struct Draw {
     pub clean_dataset: Option<Dataset>,
 }
 
-/// σ of a changeover between runs \[s\].
-const CHANGEOVER: f64 = 60.0;
-
-impl CampaignKind {
-    /// What is driven: protocol, speed and turn rate over the robot's own, repeats.
-    fn plan(self) -> Vec<(Protocol, f64, f64, usize)> {
-        let both = [Rotation::Clockwise, Rotation::CounterClockwise];
-        let mut plan = Vec::new();
-        for side in [2.0, 4.0] {
-            plan.extend(both.map(|direction| (Protocol::Square { side, direction }, 1.0, 1.0, 5)));
-        }
-        if self == CampaignKind::Full {
-            plan.push((Protocol::Straight { length: 4.0, direction: Travel::Forward }, 1.0, 1.0, 5));
-            for rate in [1.0, 0.5] {
-                plan.extend(both.map(|direction| (Protocol::Spin { turn: 5.0 * TAU, direction }, 1.0, rate, 3)));
-            }
-            for radius in [0.5, 1.5] {
-                plan.extend(
-                    both.map(|direction| (Protocol::Circle { radius, turn: Some(TAU), direction }, 1.0, 1.0, 3)),
-                );
-            }
-            plan.extend(both.map(|direction| (Protocol::Square { side: 2.0, direction }, 0.5, 0.5, 3)));
-        }
-        plan
-    }
-
-    /// The runs, kinds taking turns, with the times at which they start.
-    pub fn tasks(self, scene: &Scene) -> Vec<Task> {
-        let driver = &scene.robot.driver;
-        let plan = self.plan();
-        let mut tasks = Vec::new();
-        let mut clock = 0.0;
-        let most = plan.iter().map(|(_, _, _, repeats)| *repeats).max().unwrap_or(0);
-        for repeat in 1..=most {
-            for (number, &(protocol, speed, rate, repeats)) in plan.iter().enumerate() {
-                if repeat > repeats {
-                    continue;
-                }
-                let (speed, turn_rate) = (driver.cruise_speed * speed, driver.turn_rate * rate);
-                let duration =
-                    drive::Driver::new(&protocol, speed, turn_rate, driver, &scene.robot.odometry).planned_duration();
-                tasks.push(Task {
-                    speed: Some(speed),
-                    turn_rate: Some(turn_rate),
-                    started: Some(clock),
-                    ..Task::new(format!("{:02}-{}-{repeat}", number + 1, protocol.kind()), protocol)
-                });
-                clock += (duration + CHANGEOVER).round();
-            }
-        }
-        tasks
-    }
-}
-
-/// Drives a campaign in `scene`; `data` says what is noted.
-pub(super) fn drive_campaign(
-    scene: &Scene,
-    kind: CampaignKind,
-    data: DataKind,
-    seed: u64,
-    name: &str,
-    stop: &AtomicBool,
-) -> Result<Dataset, DriveError> {
-    let runs = kind
-        .tasks(scene)
-        .par_iter()
-        .map(|task| {
-            let mut run = drive::run(scene, task, seed, None, stop)?.measured;
-            if data == DataKind::EndPoints {
-                (run.encoders, run.poses) = (None, None);
-            }
-            Ok(run)
-        })
-        .collect::<Result<Vec<_>, DriveError>>()?;
-    Ok(Dataset { campaign: campaign(scene, name), runs })
-}
-
 /// The survey of a challenge: readings on the way remember their noise for half a second.
-pub(super) fn surveyed(scene: &Scene) -> Scene {
+fn surveyed(scene: &Scene) -> Scene {
     let mut scene = scene.clone();
     scene.survey.correlation_time = 0.5;
     scene
@@ -279,14 +191,7 @@ fn draw_cause(effect: &'static Effect, scene: &Scene, campaign: CampaignKind, rn
 
 /// A place on the nominal path of one of the squares.
 fn on_path(campaign: CampaignKind, rng: &mut ChaCha8Rng) -> Pose2 {
-    let squares: Vec<(f64, Rotation)> = campaign
-        .plan()
-        .iter()
-        .filter_map(|(protocol, ..)| match *protocol {
-            Protocol::Square { side, direction } => Some((side, direction)),
-            _ => None,
-        })
-        .collect();
+    let squares = campaign.squares();
     let (side, direction) = squares[(rng.next_u64() % squares.len() as u64) as usize];
     let along = 4.0 * uniform(rng);
     let mut corner = Pose2::IDENTITY;
