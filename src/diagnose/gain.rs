@@ -2,6 +2,7 @@
 
 use super::case::Condition;
 use super::doubt;
+use super::linear::Fit;
 use super::search::Ranking;
 use super::variant::Axis;
 use super::verdict::convincing;
@@ -28,6 +29,9 @@ pub struct Gain {
     pub interval: [f64; 2],
     /// What survey noise and scatter leave of any model \[m\].
     pub noise_floor: f64,
+    /// RMS distance that was to be expected after, by the answer's own account: noise, the widths of its intervals, and what the
+    /// model states that it may err by \[m\].
+    pub position_expected: f64,
     /// What the motion of models that were fitted without them gets wrong about these runs, relative to each part of a way;
     /// the extended model holds it, so that the next diagnosis blames no cause for so much.
     pub motion_error: f64,
@@ -35,7 +39,17 @@ pub struct Gain {
     pub held_out: String,
 }
 
+/// Errors over what was expected of them from which on the account is wrong: where all of an error is of one cause, an account
+/// that is right is exceeded so far one time in twenty.
+const SURPRISING: f64 = 2.0;
+
 impl Gain {
+    /// How many times what it expects of itself an answer is wrong by on runs that it has not seen, where that is surprising.
+    pub fn surprise(&self) -> Option<f64> {
+        let times = self.position_after / self.position_expected;
+        (times > SURPRISING).then_some(times)
+    }
+
     /// 1 − after/before in position, as far as its interval keeps it above zero.
     pub fn sure(&self) -> f64 {
         if self.interval[0] > 0.0 { 1.0 - self.position_after / self.position_before } else { 0.0 }
@@ -47,6 +61,7 @@ struct Errors {
     position: [f64; 2],
     heading: Option<[f64; 2]>,
     floor: f64,
+    expected: f64,
 }
 
 /// Splits of the runs, each a set to hold out, and what they are called: by size of the square, else by direction, else by
@@ -107,21 +122,26 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         };
         let own = answer(study);
         let theirs = other.as_mut().map(|other| answer(other));
-        let (answering, at): (&Study<'_>, _) = match (&other, theirs) {
-            (Some(other), Some(theirs)) if tyres::log_odds(own.weight, theirs.weight) > 0.0 => (other, theirs.at),
-            _ => (study, own.at),
+        let (answering, answer): (&Study<'_>, _) = match (&other, theirs) {
+            (Some(other), Some(theirs)) if tyres::log_odds(own.weight, theirs.weight) > 0.0 => (other, theirs),
+            _ => (study, own),
         };
+        let Answer { at, fit, .. } = answer;
         let of_fold: Vec<f64> = everyone.iter().zip(&counts).map(|(all, without)| all - without).collect();
         for (likelihood, share) in likelihoods.iter_mut().zip(doubt::SHARES) {
             let doubt = Doubt { motion: share.max(stated.motion), ..stated };
             *likelihood += answering.problem_of(&answering.noise, doubt, of_fold.clone()).log_likelihood(&at);
         }
         let (given, answered) = (study.problem(everyone.clone()), answering.problem(everyone.clone()));
+        let axes: Vec<Axis> = fit.at.iter().map(|(axis, _)| *axis).collect();
+        let linear = answered.linearise(&fit.at, &axes);
         for (index, cluster) in study.clusters.iter().enumerate() {
             let covariance = answering.shapes[index].covariance(&answering.noise[cluster.campaign]);
             for &run in cluster.runs.iter().filter(|run| fold.contains(run)) {
                 let predicted = [given.predict(index, run, &[]), answered.predict(index, run, &at)];
-                errors.push(end_errors(study, run, predicted, &covariance));
+                let expected =
+                    answered.foretold(&linear, &fit, (index, run), end_of(study, run)).view((0, 0), (2, 2)).trace();
+                errors.push(end_errors(study, run, predicted, &covariance, expected));
             }
         }
     }
@@ -152,6 +172,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         heading_after: heading(1),
         interval: interval(&errors),
         noise_floor: root(&mut errors.iter().map(|e| e.floor)),
+        position_expected: root(&mut errors.iter().map(|e| e.expected)),
         motion_error: motion_error.max(stated.motion),
         held_out: words,
     }))
@@ -161,6 +182,8 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
 #[derive(Debug, Clone)]
 pub(super) struct Answer {
     at: Vec<(Axis, f64)>,
+    /// With what it takes for unknown besides.
+    fit: Fit,
     /// ln of its evidence and prior, in terms that studies of the same runs share.
     weight: f64,
 }
@@ -168,7 +191,8 @@ pub(super) struct Answer {
 impl Study<'_> {
     /// What a ranking says.
     pub(super) fn answer_of(&self, ranking: &Ranking) -> Answer {
-        Answer { at: self.answered(convincing(ranking, &self.variants)), weight: self.weight(ranking.best()) }
+        let stands = convincing(ranking, &self.variants);
+        Answer { at: self.answered(stands), fit: stands.fit.clone(), weight: self.weight(ranking.best()) }
     }
 }
 
@@ -182,10 +206,22 @@ fn answer_without(study: &mut Study<'_>, counts: &[f64]) -> Answer {
     study.answer_of(&explained)
 }
 
-/// Errors of one run's end as predicted before and after; `covariance` is that of its readings' noise.
-fn end_errors(study: &Study<'_>, run: usize, predicted: [DVector<f64>; 2], covariance: &DMatrix<f64>) -> Errors {
+/// Numbers that a run's last reading has: a position, and a heading where one was read.
+fn end_of(study: &Study<'_>, run: usize) -> usize {
+    if study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some()) { 3 } else { 2 }
+}
+
+/// Errors of one run's end as predicted before and after; `covariance` is that of its readings' noise, `expected` the squared
+/// distance that was to be expected.
+fn end_errors(
+    study: &Study<'_>,
+    run: usize,
+    predicted: [DVector<f64>; 2],
+    covariance: &DMatrix<f64>,
+    expected: f64,
+) -> Errors {
     let observed = &study.observed[run];
-    let parts = if study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some()) { 3 } else { 2 };
+    let parts = end_of(study, run);
     let first = observed.len() - parts;
     let [before, after] = predicted.map(|predicted| (observed - predicted).rows(first, parts).into_owned());
     let square = |v: &DVector<f64>| v[0] * v[0] + v[1] * v[1];
@@ -193,6 +229,7 @@ fn end_errors(study: &Study<'_>, run: usize, predicted: [DVector<f64>; 2], covar
         position: [square(&before), square(&after)],
         heading: (parts == 3).then(|| [before[2] * before[2], after[2] * after[2]]),
         floor: covariance[(first, first)] + covariance[(first + 1, first + 1)],
+        expected,
     }
 }
 

@@ -433,14 +433,47 @@ impl Problem<'_> {
             .sum()
     }
 
-    /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
-    pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
-        let mut linear = self.linearise(&at, axes);
+    /// Whether what a hypothesis does may err: a cause of it is physical.
+    fn may_err(&self, at: &Coordinates) -> bool {
         let physical = at.iter().any(|(axis, _)| {
             let variant = &self.variants[axis.variant];
             !variant.effect.is_survey() && !variant.is_doubted()
         });
-        let with_error = physical && self.response_error.iter().any(|error| *error > 0.0);
+        physical && self.response_error.iter().any(|error| *error > 0.0)
+    }
+
+    /// Covariance of the last `rows` of a run's readings about what a fit foretells of a run that it has not seen: by noise, by
+    /// what the fit leaves open, and by what its responses and the model's motion may err by. `linear` is along the fit's axes.
+    pub fn foretold(
+        &self,
+        linear: &Linearised,
+        fit: &Fit,
+        (cluster, run): (usize, usize),
+        rows: usize,
+    ) -> DMatrix<f64> {
+        let last = |unwhitening: DMatrix<f64>| unwhitening.rows(unwhitening.nrows() - rows, rows).into_owned();
+        let mut noise = self.factors[cluster].l();
+        let end = last(noise.clone());
+        let mut errors: Vec<DMatrix<f64>> = self.doubts[cluster].iter().map(|columns| &end * columns).collect();
+        if self.may_err(&fit.at) {
+            errors.push(&end * self.response_errors(cluster, &fit.at));
+            if let Some(further) = self.run_errors(cluster, &fit.at) {
+                noise *= further.l();
+            }
+        }
+        errors.push(last(noise));
+        let mut open = &end * &linear.columns[cluster];
+        for (mut column, &axis) in open.column_iter_mut().zip(&linear.axes) {
+            column *= self.weight(axis, run);
+        }
+        let left_open = &open * &fit.covariance * open.transpose();
+        errors.iter().fold(left_open, |sum, columns| sum + columns * columns.transpose())
+    }
+
+    /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
+    pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
+        let mut linear = self.linearise(&at, axes);
+        let with_error = self.may_err(&at);
         let chi2: f64 =
             linear.residuals.iter().zip(&self.counts).map(|(residual, count)| count * residual.norm_squared()).sum();
         let run_errors: Vec<Option<Cholesky<f64, Dyn>>> =

@@ -250,13 +250,23 @@ pub(super) fn worth(gain: Option<&Gain>) -> String {
     } else {
         String::new()
     };
+    let account = match gain.surprise() {
+        None => String::new(),
+        Some(times) => {
+            format!(
+                ": {times:.0} times as much is left, so that what the answer says of such runs is surer than it should be"
+            )
+        }
+    };
     format!(
-        "Gain on runs held out ({}): position {:.1} → {:.1} mm{heading}; {}{sure}. Noise floor {:.1} mm.",
+        "Gain on runs held out ({}): position {:.1} → {:.1} mm{heading}; {}{sure}. Noise floor {:.1} mm; by its own intervals the \
+         answer was to leave {:.1} mm{account}.",
         gain.held_out,
         1e3 * gain.position_before,
         1e3 * gain.position_after,
         share_gained(gain),
-        1e3 * gain.noise_floor
+        1e3 * gain.noise_floor,
+        1e3 * gain.position_expected
     )
 }
 

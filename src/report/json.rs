@@ -159,6 +159,8 @@ struct GainJson {
     heading_rmse_after_rad: Option<f64>,
     interval: [f64; 2],
     noise_floor_m: f64,
+    /// What was to be left after, by the answer's own intervals.
+    position_rmse_expected_m: f64,
     held_out: String,
 }
 
@@ -263,6 +265,7 @@ impl DiagnosisJson {
                 heading_rmse_after_rad: finite(gain.heading_after),
                 interval: gain.interval,
                 noise_floor_m: gain.noise_floor,
+                position_rmse_expected_m: gain.position_expected,
                 held_out: gain.held_out.clone(),
             }),
             empirical: diagnosis.empirical.iter().map(ToString::to_string).collect(),
