@@ -254,7 +254,7 @@ pub(super) fn worth(gain: Option<&Gain>) -> String {
         None => String::new(),
         Some(times) => {
             format!(
-                ": {times:.0} times as much is left, so that what the answer says of such runs is surer than it should be"
+                ": {times:.1} times as much is left, so that what the answer says of such runs is surer than it should be"
             )
         }
     };
