@@ -9,7 +9,7 @@ use super::verdict::convincing;
 use super::{DiagnoseError, ForwardModel, Study, tyres};
 use crate::dataset::Protocol;
 use crate::scene::Doubt;
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::collections::BTreeMap;
@@ -136,12 +136,17 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         let axes: Vec<Axis> = fit.at.iter().map(|(axis, _)| *axis).collect();
         let linear = answered.linearise(&fit.at, &axes);
         for (index, cluster) in study.clusters.iter().enumerate() {
+            let runs: Vec<usize> = cluster.runs.iter().copied().filter(|run| fold.contains(run)).collect();
+            if runs.is_empty() {
+                continue;
+            }
             let covariance = answering.shapes[index].covariance(&answering.noise[cluster.campaign]);
-            for &run in cluster.runs.iter().filter(|run| fold.contains(run)) {
+            let first = first_of_end(study, cluster.reference);
+            let floor = covariance[(first, first)] + covariance[(first + 1, first + 1)];
+            let expected = answered.expected_off(&linear, &fit, index, first);
+            for run in runs {
                 let predicted = [given.predict(index, run, &[]), answered.predict(index, run, &at)];
-                let expected =
-                    answered.foretold(&linear, &fit, (index, run), end_of(study, run)).view((0, 0), (2, 2)).trace();
-                errors.push(end_errors(study, run, predicted, &covariance, expected));
+                errors.push(end_errors(&study.observed[run], predicted, first, [floor, expected(run)]));
             }
         }
     }
@@ -206,29 +211,27 @@ fn answer_without(study: &mut Study<'_>, counts: &[f64]) -> Answer {
     study.answer_of(&explained)
 }
 
-/// Numbers that a run's last reading has: a position, and a heading where one was read.
-fn end_of(study: &Study<'_>, run: usize) -> usize {
-    if study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some()) { 3 } else { 2 }
+/// Where a run's end stands among its readings: a position, and a heading where one was read.
+fn first_of_end(study: &Study<'_>, run: usize) -> usize {
+    let has_heading = study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some());
+    study.observed[run].len() - if has_heading { 3 } else { 2 }
 }
 
-/// Errors of one run's end as predicted before and after; `covariance` is that of its readings' noise, `expected` the squared
-/// distance that was to be expected.
+/// Errors of one run's end, which stands from `first` on, as predicted before and after; `floor` and `expected` are squared
+/// distances.
 fn end_errors(
-    study: &Study<'_>,
-    run: usize,
+    observed: &DVector<f64>,
     predicted: [DVector<f64>; 2],
-    covariance: &DMatrix<f64>,
-    expected: f64,
+    first: usize,
+    [floor, expected]: [f64; 2],
 ) -> Errors {
-    let observed = &study.observed[run];
-    let parts = end_of(study, run);
-    let first = observed.len() - parts;
+    let parts = observed.len() - first;
     let [before, after] = predicted.map(|predicted| (observed - predicted).rows(first, parts).into_owned());
     let square = |v: &DVector<f64>| v[0] * v[0] + v[1] * v[1];
     Errors {
         position: [square(&before), square(&after)],
         heading: (parts == 3).then(|| [before[2] * before[2], after[2] * after[2]]),
-        floor: covariance[(first, first)] + covariance[(first + 1, first + 1)],
+        floor,
         expected,
     }
 }

@@ -266,15 +266,20 @@ impl Problem<'_> {
         self.whitened(cluster, &columns)
     }
 
-    /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
-    fn run_errors(&self, cluster: usize, at: &Coordinates) -> Option<Cholesky<f64, Dyn>> {
+    /// Whitened change of a cluster's readings that each run's response makes on its own: columns of what runs differ by.
+    fn run_error_columns(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
         let response = Changed::by(self, cluster, at);
         let all = 0..response.steps.len();
         let mut columns = vec![response.less(&response.way.steps, all.clone(), &[0, 1, 2]) * RUN_ERROR];
         if let Some(without) = self.without_spots(cluster, at) {
             columns.extend((0..3).map(|c| response.less(&without, all.clone(), &[c]) * SPOT_ERROR));
         }
-        let columns = self.whitened(cluster, &columns);
+        self.whitened(cluster, &columns)
+    }
+
+    /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
+    fn run_errors(&self, cluster: usize, at: &Coordinates) -> Option<Cholesky<f64, Dyn>> {
+        let columns = self.run_error_columns(cluster, at);
         let size = columns.nrows();
         Cholesky::new(DMatrix::identity(size, size) + &columns * columns.transpose())
     }
@@ -442,32 +447,32 @@ impl Problem<'_> {
         physical && self.response_error.iter().any(|error| *error > 0.0)
     }
 
-    /// Covariance of the last `rows` of a run's readings about what a fit foretells of a run that it has not seen: by noise, by
-    /// what the fit leaves open, and by what its responses and the model's motion may err by. `linear` is along the fit's axes.
-    pub fn foretold(
-        &self,
-        linear: &Linearised,
-        fit: &Fit,
-        (cluster, run): (usize, usize),
-        rows: usize,
-    ) -> DMatrix<f64> {
-        let last = |unwhitening: DMatrix<f64>| unwhitening.rows(unwhitening.nrows() - rows, rows).into_owned();
-        let mut noise = self.factors[cluster].l();
-        let end = last(noise.clone());
-        let mut errors: Vec<DMatrix<f64>> = self.doubts[cluster].iter().map(|columns| &end * columns).collect();
+    /// Squared distance that ends of a cluster's runs, which a fit has not seen, are to be expected from where it foretells them
+    /// \[m²\], as a function of the run: by noise, by what its responses and the model's motion may err by, and by what the fit
+    /// leaves open. `linear` is along the fit's axes, `first` is where the position of the end stands among the readings.
+    pub fn expected_off<'l>(
+        &'l self,
+        linear: &'l Linearised,
+        fit: &'l Fit,
+        cluster: usize,
+        first: usize,
+    ) -> impl Fn(usize) -> f64 + 'l {
+        let end = self.factors[cluster].l().rows(first, 2).into_owned();
+        let mut columns: Vec<DMatrix<f64>> = self.doubts[cluster].iter().cloned().collect();
         if self.may_err(&fit.at) {
-            errors.push(&end * self.response_errors(cluster, &fit.at));
-            if let Some(further) = self.run_errors(cluster, &fit.at) {
-                noise *= further.l();
+            columns.push(self.response_errors(cluster, &fit.at));
+            columns.push(self.run_error_columns(cluster, &fit.at));
+        }
+        // A squared distance is a covariance's trace, and that of MMᵀ is the sum of M's squares.
+        let errors = columns.iter().fold(end.norm_squared(), |sum, columns| sum + (&end * columns).norm_squared());
+        let open = &end * &linear.columns[cluster];
+        move |run| {
+            let mut open = open.clone();
+            for (mut column, &axis) in open.column_iter_mut().zip(&linear.axes) {
+                column *= self.weight(axis, run);
             }
+            errors + (&open * &fit.covariance).dot(&open)
         }
-        errors.push(last(noise));
-        let mut open = &end * &linear.columns[cluster];
-        for (mut column, &axis) in open.column_iter_mut().zip(&linear.axes) {
-            column *= self.weight(axis, run);
-        }
-        let left_open = &open * &fit.covariance * open.transpose();
-        errors.iter().fold(left_open, |sum, columns| sum + columns * columns.transpose())
     }
 
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.

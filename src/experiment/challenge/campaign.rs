@@ -26,7 +26,7 @@ pub enum CampaignKind {
     Full,
 }
 
-/// σ of a changeover between runs \[s\].
+/// What a changeover between runs takes \[s\].
 const CHANGEOVER: f64 = 60.0;
 
 impl CampaignKind {
@@ -98,18 +98,20 @@ pub(super) fn drive_campaign(
     name: &str,
     stop: &AtomicBool,
 ) -> Result<Dataset, DriveError> {
-    let runs = kind
-        .tasks(scene)
-        .par_iter()
-        .map(|task| {
-            let mut run = drive::run(scene, task, seed, None, stop)?.measured;
-            if data == DataKind::EndPoints {
-                (run.encoders, run.poses) = (None, None);
-            }
-            Ok(run)
-        })
-        .collect::<Result<Vec<_>, DriveError>>()?;
+    let runs = noted(scene, &kind.tasks(scene), data, seed, stop)?;
     Ok(Dataset { campaign: campaign(scene, name), runs })
+}
+
+/// Drives runs side by side; `data` says what is noted.
+fn noted(scene: &Scene, tasks: &[Task], data: DataKind, seed: u64, stop: &AtomicBool) -> Result<Vec<Run>, DriveError> {
+    let drive = |task| {
+        let mut run = drive::run(scene, task, seed, None, stop)?.measured;
+        if data == DataKind::EndPoints {
+            (run.encoders, run.poses) = (None, None);
+        }
+        Ok(run)
+    };
+    tasks.par_iter().map(drive).collect()
 }
 
 /// A campaign that nobody has driven: one run a condition without noise, and how many each stands for.
@@ -134,30 +136,24 @@ pub(super) fn noise_free(
     stop: &AtomicBool,
 ) -> Result<(Dataset, Vec<usize>), DriveError> {
     let scene = world.clone().noise_free();
-    let mut tasks: Vec<(drive::Task, usize)> = Vec::new();
+    let (mut tasks, mut counts): (Vec<Task>, Vec<usize>) = (Vec::new(), Vec::new());
     for task in kind.tasks(base) {
-        let alike = |(known, _): &&mut (drive::Task, usize)| {
+        let alike = |known: &Task| {
             scene.robot.tyre_growth == 0.0
                 && known.protocol == task.protocol
                 && known.speed == task.speed
                 && known.turn_rate == task.turn_rate
         };
-        match tasks.iter_mut().find(alike) {
-            Some((_, count)) => *count += 1,
-            None => tasks.push((task, 1)),
+        match tasks.iter().position(alike) {
+            Some(known) => counts[known] += 1,
+            None => {
+                tasks.push(task);
+                counts.push(1);
+            }
         }
     }
-    let runs: Vec<Run> = tasks
-        .par_iter()
-        .map(|(task, _)| {
-            let mut run = drive::run(&scene, task, 0, None, stop)?.measured;
-            if data == DataKind::EndPoints {
-                (run.encoders, run.poses) = (None, None);
-            }
-            Ok(run)
-        })
-        .collect::<Result<_, DriveError>>()?;
+    let runs = noted(&scene, &tasks, data, 0, stop)?;
     let mut facts = campaign(world, "noise-free");
     facts.odometry = Some(base.robot.odometry);
-    Ok((Dataset { campaign: facts, runs }, tasks.into_iter().map(|(_, count)| count).collect()))
+    Ok((Dataset { campaign: facts, runs }, counts))
 }

@@ -215,12 +215,9 @@ fn one(
     let seconds = began.elapsed().as_secs_f64();
     let held_out = study.gain()?;
     drop(study);
-    let given = model.scene();
-    let answered =
-        diagnosis.extended(given, held_out.as_ref().map_or(given.robot.doubt.motion, |gain| gain.motion_error));
 
-    let world = Simulator::new(&draw.clean, stop);
-    let clean = if challenge.mismatch { &world } else { simulator };
+    let of_world = Simulator::new(&draw.clean, stop);
+    let clean = if challenge.mismatch { &of_world } else { simulator };
     let oracle = oracle(&challenge, &draw, clean, libraries.on(draw.clean.contact))?;
     let mut scored = judge(&challenge, &draw, &diagnosis, &oracle, seconds);
     if scored.strength >= 5.0 && challenge.effects != EffectsKind::None {
@@ -230,8 +227,11 @@ fn one(
         }
         let seed = drive::derived_seed(challenge.seed, "fresh");
         let fresh = drive_campaign(&draw.world, challenge.campaign, challenge.data, seed, "fresh", stop)?;
+        let given = model.scene();
         let before = left_by(given, &fresh, stop)?;
-        let [found, of_oracle] = [&answered, &draw.world].map(|scene| left_by(scene, &fresh, stop));
+        // What the extension states of its doubt does not move it.
+        let [found, of_oracle] =
+            [&diagnosis.extended(given, 0.0), &draw.world].map(|scene| left_by(scene, &fresh, stop));
         scored.gain_on_fresh = Some([found?, of_oracle?].map(|left| 1.0 - left / before));
     }
     Ok(scored)
