@@ -1,6 +1,6 @@
 //! Where no known cause takes a misfit away: a formula of the body's twist, beside known causes or alone.
 
-use super::refine::{LONG_LIST, Place};
+use super::refine::{self, LONG_LIST, Place};
 use super::search::{self, Hypothesis, Ranking};
 use super::variant::Axis;
 use super::{Study, verdict};
@@ -12,6 +12,8 @@ const LARGEST_TERM: f64 = 10.0;
 /// How much less sharply a cause may be told beside a formula than without it, in σ: a term that does much the same as a known
 /// cause would stand in its place and move it anywhere.
 const BLURRED: f64 = 2.0;
+/// Times that causes beside a formula are simulated where they are best, with it.
+const TOGETHER: usize = 3;
 
 impl Study<'_> {
     /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
@@ -24,9 +26,26 @@ impl Study<'_> {
             let Some(again) = self.formula(&known) else { return known };
             formula = self.terms_of(&again);
         }
-        let problem = self.problem(self.counts.clone());
         formula.extend(search::doubted(&self.variants));
-        Ranking::search_on(&problem, &formula, &self.known_variants(), self.options.most_causes)
+        let mut ranking = self.beside(&formula);
+        // Beside a formula causes are elsewhere than without it, and what they do there with it was not simulated yet.
+        for _ in 0..TOGETHER {
+            if !matches!(self.refine(&ranking), Ok(true)) {
+                break;
+            }
+            let before = ranking;
+            ranking = self.beside(&formula);
+            if refine::is_settled(&before, &ranking) {
+                break;
+            }
+        }
+        ranking
+    }
+
+    /// Causes by evidence beside the terms of a formula.
+    fn beside(&self, formula: &[(Axis, f64)]) -> Ranking {
+        let problem = self.problem(self.counts.clone());
+        Ranking::search_on(&problem, formula, &self.known_variants(), self.options.most_causes)
     }
 
     /// The terms of a formula, without the causes beside it.

@@ -108,7 +108,7 @@ impl Study<'_> {
     }
 
     /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
-    fn refine(&mut self, ranking: &Ranking) -> Result<bool, DiagnoseError> {
+    pub(super) fn refine(&mut self, ranking: &Ranking) -> Result<bool, DiagnoseError> {
         // What a model that was moved far lets a cause do is seen where the cause is, not where it was simulated at first.
         let moved = singles(ranking).filter(|_| self.was_moved());
         let wanted = leading(ranking).chain(self.large(ranking)).chain(moved);
@@ -252,7 +252,7 @@ fn is_simulated(variant: &Variant) -> bool {
 
 /// Whether another round would hardly say anything else: the best is hardly better than the best before, and what leads is
 /// worth what it was.
-fn is_settled(before: &Ranking, now: &Ranking) -> bool {
+pub(super) fn is_settled(before: &Ranking, now: &Ranking) -> bool {
     let earlier = |h: &Hypothesis| before.hypotheses.iter().find(|earlier| earlier.set == h.set);
     let is_moved =
         |h: &Hypothesis| earlier(h).is_some_and(|it| (it.log_posterior - h.log_posterior).abs() > WORTH_A_ROUND);
