@@ -28,7 +28,8 @@ impl Study<'_> {
         }
         formula.extend(search::doubted(&self.variants));
         let mut ranking = self.beside(&formula);
-        // Beside a formula causes are elsewhere than without it, and what they do there with it was not simulated yet.
+        // Beside a formula causes are elsewhere than without it, and what they do there with it was not simulated yet. What
+        // cannot be driven there is seen when the answer is judged.
         for _ in 0..TOGETHER {
             if !matches!(self.refine(&ranking), Ok(true)) {
                 break;

@@ -55,16 +55,13 @@ pub(super) fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
         .collect()
 }
 
-/// Coordinates of the `simulated` variants of a hypothesis that do something, by variant.
-fn at_work(
-    variants: &[Variant],
-    at: &Coordinates,
-    simulated: impl Fn(&Variant) -> bool,
-) -> BTreeMap<usize, Vec<(Axis, f64)>> {
+/// Coordinates of the physical causes and of the terms of a hypothesis that do something, by variant.
+fn at_work(variants: &[Variant], at: &Coordinates) -> BTreeMap<usize, Vec<(Axis, f64)>> {
     let mut causes: BTreeMap<usize, Vec<(Axis, f64)>> = BTreeMap::new();
     for &(axis, value) in at {
         let variant = &variants[axis.variant];
-        if simulated(variant) && !variant.coordinates[axis.coordinate].hourly {
+        let is_simulated = variant.is_physical() || variant.is_term();
+        if is_simulated && !variant.coordinates[axis.coordinate].hourly {
             causes.entry(axis.variant).or_default().push((axis, value));
         }
     }
@@ -161,7 +158,7 @@ impl Surrogate {
 
     /// Simulates what pairs of causes and terms of one answer do together, where that is not known nearby; whether anything was.
     pub fn couple(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
-        let causes = at_work(bench.variants, at, |variant| variant.is_physical() || variant.is_term());
+        let causes = at_work(bench.variants, at);
         let mut wanted: Vec<(usize, [usize; 2])> = Vec::new();
         for (index, responses) in self.responses.iter().enumerate() {
             let concerned: Vec<usize> = causes
@@ -193,7 +190,7 @@ impl Surrogate {
         let in_doubt = bench.variants.iter().enumerate().filter(|(_, variant)| variant.tyre_part().is_some());
         let in_doubt: Vec<(Axis, f64)> =
             in_doubt.map(|(variant, it)| (Axis { variant, coordinate: 0 }, it.coordinates[0].std_dev)).collect();
-        let causes = at_work(bench.variants, at, Variant::is_physical);
+        let causes = at_work(bench.variants, at);
         let mut wanted: Vec<(usize, usize, (Axis, f64))> = Vec::new();
         for (cluster, responses) in self.responses.iter().enumerate() {
             for (&cause, there) in
