@@ -1,6 +1,6 @@
 //! What a diagnosis says.
 
-use super::{Blind, Misfit, NextExperiment, OtherTyres, RunReadings};
+use super::{Blind, Misfit, NextExperiment, OtherTyres, Remainder, RunReadings};
 use crate::effect::Cause;
 use crate::scene::{Doubt, EmpiricalTerm, NoiseModel, Residue, Scene};
 
@@ -51,6 +51,8 @@ pub struct Diagnosis {
     pub doubt: Doubt,
     /// What the answer leaves of these runs, for the diagnosis of later ones.
     pub residues: Vec<Residue>,
+    /// What the answer as fitted and the extended model leave of the ends of these runs; `None` where no run has a protocol.
+    pub remainder: Option<Remainder>,
     /// What to drive next, where two answers stand, or one that is suspected.
     pub next_experiment: Option<NextExperiment>,
     /// Readings of every run, and what the models predict of them.

@@ -41,6 +41,7 @@ pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
 pub use misfit::{Misfit, MisfitCondition, RunReadings};
 pub use next::NextExperiment;
+pub use residue::Remainder;
 pub use surrogate::Library;
 pub use tyres::OtherTyres;
 

@@ -115,9 +115,42 @@ impl Memory {
     }
 }
 
-/// What the runs of a study leave of the model at `at`, one a cluster that repeats a protocol. All causes are simulated at
-/// once, where the stand-in adds up what each does alone.
-pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Residue>, ForwardError> {
+/// What is left of the ends of the runs that an answer was fitted to, where each has a protocol: root mean squares of the
+/// distance \[m\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Remainder {
+    /// By the answer as it was fitted, in which single causes and pairs of them add up.
+    pub fitted: f64,
+    /// By the extended model, in which all of it is simulated at once.
+    pub simulated: f64,
+}
+
+/// Mean square that the extended model leaves over that of the fit from which on it is not what was fitted.
+const OTHER: f64 = 1.5;
+
+impl Remainder {
+    /// Whether the extended model is clearly worse than what was fitted.
+    pub fn is_other(&self) -> bool {
+        self.simulated.powi(2) > OTHER * self.fitted.powi(2)
+    }
+
+    /// Root mean squares of runs of which each leaves so much \[m²\], by the fit and by the simulation, so many times.
+    fn of(squares: impl Iterator<Item = ([f64; 2], f64)>) -> Option<Remainder> {
+        let add = |(sums, all): ([f64; 2], f64), (squares, count): ([f64; 2], f64)| {
+            ([sums[0] + count * squares[0], sums[1] + count * squares[1]], all + count)
+        };
+        let (sums, all) = squares.fold(([0.0; 2], 0.0), add);
+        let [fitted, simulated] = sums.map(|sum| (sum / all).sqrt());
+        (all > 0.0).then_some(Remainder { fitted, simulated })
+    }
+}
+
+/// What the runs of a study leave of the model at `at`, one a cluster that repeats a protocol, and how far they end from it. All
+/// causes are simulated at once, where the stand-in adds up what each does alone.
+pub(super) fn residues(
+    study: &Study<'_>,
+    at: &[(Axis, f64)],
+) -> Result<(Vec<Residue>, Option<Remainder>), ForwardError> {
     let problem = study.problem(study.counts.clone());
     let extended = edited(study.model.scene(), &study.variants, at);
     let of = |(index, cluster): (usize, &Cluster)| {
@@ -136,10 +169,16 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
         let path = compose(way.start, &extended_way.steps);
         let together = flatten(case, &study.surrogate.readings(case, way, &path, &survey))
             - problem.predict(index, cluster.reference, at);
-        let nothing = DVector::zeros(study.observed[cluster.reference].len());
-        let left = cluster.active(&study.counts).fold(nothing, |sum, run| {
-            sum + (&study.observed[run] - problem.predict(index, run, at) - &together) * (study.counts[run] / runs)
-        });
+        let end = super::gain::first_of_end(study, cluster.reference);
+        let square = |off: &DVector<f64>| off[end].powi(2) + off[end + 1].powi(2);
+        let mut left = DVector::zeros(study.observed[cluster.reference].len());
+        let mut squares = Vec::new();
+        for run in cluster.active(&study.counts) {
+            let fitted = &study.observed[run] - problem.predict(index, run, at);
+            let simulated = &fitted - &together;
+            left += &simulated * (study.counts[run] / runs);
+            squares.push(([square(&fitted), square(&simulated)], study.counts[run]));
+        }
         let parts = if case.readings[0].heading.is_some() { 3 } else { 2 };
         // To a micrometre and a microradian.
         let part =
@@ -149,7 +188,7 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
             let times = stamps.map(|stamp| survey.time_of(stamp));
             extended_way.shares_at(times).into_iter().map(rounded).collect()
         };
-        Ok(Some(Residue {
+        let residue = Residue {
             condition: study.conditions[cluster.condition].label(),
             start: [start.x, start.y, start.heading],
             runs,
@@ -159,13 +198,30 @@ pub(super) fn residues(study: &Study<'_>, at: &[(Axis, f64)]) -> Result<Vec<Resi
             y: part(1),
             heading: if parts == 3 { part(2) } else { Vec::new() },
             noise: study.noise[cluster.campaign],
-        }))
+        };
+        Ok(Some((residue, squares)))
     };
-    let all: Vec<Option<Residue>> =
-        study.clusters.par_iter().enumerate().map(of).collect::<Result<_, ForwardError>>()?;
-    Ok(all.into_iter().flatten().collect())
+    let all: Vec<Option<_>> = study.clusters.par_iter().enumerate().map(of).collect::<Result<_, ForwardError>>()?;
+    let (residues, squares): (Vec<_>, Vec<_>) = all.into_iter().flatten().unzip();
+    Ok((residues, Remainder::of(squares.into_iter().flatten())))
 }
 
 fn rounded(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_model_that_leaves_clearly_more_than_the_fit_is_another() {
+        let of = |squares: [f64; 2]| Remainder::of([(squares, 3.0), ([0.0; 2], 1.0)].into_iter()).expect("runs");
+        let one = of([4.0, 4.0 * 1.1 * OTHER]);
+        assert_eq!(one.fitted, 3_f64.sqrt());
+        assert!(one.is_other());
+        assert!(!of([4.0, 4.0 * 0.9 * OTHER]).is_other());
+        assert!(!of([4.0, 1.0]).is_other());
+        assert_eq!(Remainder::of(std::iter::empty()), None);
+    }
 }

@@ -101,6 +101,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
             probability: probability(h),
         })
         .collect();
+    let (residues, remainder) = residue::residues(study, &answered)?;
     Ok(Diagnosis {
         verdict,
         misfit,
@@ -116,7 +117,8 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         empirical: terms(variants, &answered),
         other_tyres: None,
         doubt: doubt(study, best),
-        residues: residue::residues(study, &answered)?,
+        residues,
+        remainder,
         next_experiment: None,
         runs: run_readings(study, given, &answered),
         left_out: study.left_out.clone(),

@@ -273,6 +273,7 @@ fn diagnosed() -> Diagnosis {
         other_tyres: None,
         doubt: crate::scene::Doubt::default(),
         residues: Vec::new(),
+        remainder: None,
         next_experiment: None,
         runs: vec![
             run("cw-1", "square 1 m cw", 10, 1.0),

@@ -4,7 +4,7 @@
 use super::grid::Grid;
 use super::text::{Style, decimals, parameter};
 use crate::calibrate::Parameter;
-use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Suspicion, Transient, Verdict};
+use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Remainder, Suspicion, Transient, Verdict};
 use crate::effect::Cause;
 use crate::scene::Contact;
 use std::collections::BTreeMap;
@@ -127,7 +127,18 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
 
 /// What is to be said of the extended model.
 pub(super) fn notes(diagnosis: &Diagnosis) -> Vec<String> {
-    [tyres(diagnosis), sizes(diagnosis), clocks(diagnosis), transient(diagnosis)].into_iter().flatten().collect()
+    let all = [tyres(diagnosis), sizes(diagnosis), clocks(diagnosis), transient(diagnosis), remainder(diagnosis)];
+    all.into_iter().flatten().collect()
+}
+
+/// That the extended model is not what was fitted, where it is not.
+fn remainder(diagnosis: &Diagnosis) -> Option<String> {
+    let Remainder { fitted, simulated } = diagnosis.remainder.filter(Remainder::is_other)?;
+    Some(format!(
+        "The extended model, simulated as a whole, ends {:.1} mm RMS from these very runs, not {:.1} mm as it was fitted: what          its parts do together is more than single parts and pairs of them do. Trust `predict` with it no farther than that.",
+        1e3 * simulated,
+        1e3 * fitted
+    ))
 }
 
 /// What is left, where it may be made good.

@@ -78,6 +78,8 @@ pub struct DiagnosisJson {
     suspicion: Option<SuspicionJson>,
     /// Errors that are made good by a run's end, as which what is left is likelier, where the answer leaves much.
     transient: Option<TransientJson>,
+    /// What is left of the ends of these runs, by the fit and by the extended model.
+    remainder: Option<RemainderJson>,
     left_out: Vec<String>,
     extended_model: String,
 }
@@ -92,6 +94,12 @@ struct SuspicionJson {
 struct TransientJson {
     share: f64,
     log_odds: f64,
+}
+
+#[derive(Debug, Clone, Serialize)]
+struct RemainderJson {
+    position_rmse_fitted_m: f64,
+    position_rmse_simulated_m: f64,
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -291,6 +299,9 @@ impl DiagnosisJson {
                 .as_ref()
                 .map(|it| SuspicionJson { odds: it.odds, effects: it.effects.iter().copied().collect() }),
             transient: diagnosis.transient.map(|it| TransientJson { share: it.share, log_odds: it.log_odds }),
+            remainder: diagnosis
+                .remainder
+                .map(|it| RemainderJson { position_rmse_fitted_m: it.fitted, position_rmse_simulated_m: it.simulated }),
             left_out: diagnosis.left_out.clone(),
             extended_model: extended_model.to_string_lossy().into_owned(),
         }

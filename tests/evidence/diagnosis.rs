@@ -2,7 +2,9 @@
 
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use treadmark::dataset::{Dataset, Protocol, Run};
-use treadmark::diagnose::{DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Options, Study, Verdict};
+use treadmark::diagnose::{
+    DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Options, RunReadings, Study, Verdict,
+};
 use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, score};
 use treadmark::geometry::Trace;
@@ -143,6 +145,15 @@ fn causes_beside_a_formula_do_together_what_they_were_fitted_to_do() {
     assert_eq!(found.residues.len(), found.misfit.conditions.len());
     let [given, written] = [given.sum::<f64>(), written.sum::<f64>()].map(f64::sqrt);
     assert!(written < 0.5 * given, "{written} of {given} m");
+    // And so the answer says: as fitted it leaves what is drawn, and what was written is hardly another.
+    let remainder = found.remainder.expect("squares");
+    let off = |run: &RunReadings| {
+        let (surveyed, fitted) = (run.measured.last().expect("read"), run.after.last().expect("read"));
+        square(surveyed.x - fitted.x, surveyed.y - fitted.y)
+    };
+    let drawn = (found.runs.iter().map(off).sum::<f64>() / found.runs.len() as f64).sqrt();
+    assert!((remainder.fitted / drawn - 1.0).abs() < 1e-6, "{remainder:?} {drawn}");
+    assert!(!remainder.is_other(), "{remainder:?}");
 }
 
 /// Floors that carry the robot, in proportion to one feature of its motion: sideways as it turns, which several causes of the
