@@ -212,7 +212,7 @@ fn answer_without(study: &mut Study<'_>, counts: &[f64]) -> Answer {
 }
 
 /// Where a run's end stands among its readings: a position, and a heading where one was read.
-pub(super) fn first_of_end(study: &Study<'_>, run: usize) -> usize {
+fn first_of_end(study: &Study<'_>, run: usize) -> usize {
     let has_heading = study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some());
     study.observed[run].len() - if has_heading { 3 } else { 2 }
 }

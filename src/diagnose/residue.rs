@@ -134,14 +134,12 @@ impl Remainder {
         self.simulated.powi(2) > OTHER * self.fitted.powi(2)
     }
 
-    /// Root mean squares of runs of which each leaves so much \[m²\], by the fit and by the simulation, so many times.
-    fn of(squares: impl Iterator<Item = ([f64; 2], f64)>) -> Option<Remainder> {
-        let add = |(sums, all): ([f64; 2], f64), (squares, count): ([f64; 2], f64)| {
-            ([sums[0] + count * squares[0], sums[1] + count * squares[1]], all + count)
-        };
-        let (sums, all) = squares.fold(([0.0; 2], 0.0), add);
-        let [fitted, simulated] = sums.map(|sum| (sum / all).sqrt());
-        (all > 0.0).then_some(Remainder { fitted, simulated })
+    /// Over all clusters, of which each leaves so much of its runs in the mean \[m²\], by the fit and by the simulation, and has so
+    /// many.
+    fn of(clusters: &[([f64; 2], f64)]) -> Option<Remainder> {
+        let all: f64 = clusters.iter().map(|(_, runs)| runs).sum();
+        let root = |by: usize| (clusters.iter().map(|(squares, runs)| squares[by] * runs).sum::<f64>() / all).sqrt();
+        (all > 0.0).then(|| Remainder { fitted: root(0), simulated: root(1) })
     }
 }
 
@@ -169,17 +167,19 @@ pub(super) fn residues(
         let path = compose(way.start, &extended_way.steps);
         let together = flatten(case, &study.surrogate.readings(case, way, &path, &survey))
             - problem.predict(index, cluster.reference, at);
-        let end = super::gain::first_of_end(study, cluster.reference);
+        let parts = if case.readings[0].heading.is_some() { 3 } else { 2 };
+        let mut left = DVector::zeros(together.len());
+        let end = left.len() - parts;
         let square = |off: &DVector<f64>| off[end].powi(2) + off[end + 1].powi(2);
-        let mut left = DVector::zeros(study.observed[cluster.reference].len());
-        let mut squares = Vec::new();
+        let mut mean_squares = [0.0; 2];
         for run in cluster.active(&study.counts) {
+            let share = study.counts[run] / runs;
             let fitted = &study.observed[run] - problem.predict(index, run, at);
             let simulated = &fitted - &together;
-            left += &simulated * (study.counts[run] / runs);
-            squares.push(([square(&fitted), square(&simulated)], study.counts[run]));
+            mean_squares[0] += square(&fitted) * share;
+            mean_squares[1] += square(&simulated) * share;
+            left += simulated * share;
         }
-        let parts = if case.readings[0].heading.is_some() { 3 } else { 2 };
         // To a micrometre and a microradian.
         let part =
             |part: usize| left.iter().skip(part).step_by(parts).map(|value| rounded(*value)).collect::<Vec<f64>>();
@@ -199,11 +199,11 @@ pub(super) fn residues(
             heading: if parts == 3 { part(2) } else { Vec::new() },
             noise: study.noise[cluster.campaign],
         };
-        Ok(Some((residue, squares)))
+        Ok(Some((residue, (mean_squares, runs))))
     };
     let all: Vec<Option<_>> = study.clusters.par_iter().enumerate().map(of).collect::<Result<_, ForwardError>>()?;
-    let (residues, squares): (Vec<_>, Vec<_>) = all.into_iter().flatten().unzip();
-    Ok((residues, Remainder::of(squares.into_iter().flatten())))
+    let (residues, mean_squares): (Vec<_>, Vec<_>) = all.into_iter().flatten().unzip();
+    Ok((residues, Remainder::of(&mean_squares)))
 }
 
 fn rounded(value: f64) -> f64 {
@@ -216,12 +216,12 @@ mod tests {
 
     #[test]
     fn a_model_that_leaves_clearly_more_than_the_fit_is_another() {
-        let of = |squares: [f64; 2]| Remainder::of([(squares, 3.0), ([0.0; 2], 1.0)].into_iter()).expect("runs");
+        let of = |squares: [f64; 2]| Remainder::of(&[(squares, 3.0), ([0.0; 2], 1.0)]).expect("runs");
         let one = of([4.0, 4.0 * 1.1 * OTHER]);
         assert_eq!(one.fitted, 3_f64.sqrt());
         assert!(one.is_other());
         assert!(!of([4.0, 4.0 * 0.9 * OTHER]).is_other());
         assert!(!of([4.0, 1.0]).is_other());
-        assert_eq!(Remainder::of(std::iter::empty()), None);
+        assert_eq!(Remainder::of(&[]), None);
     }
 }

@@ -127,18 +127,23 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
 
 /// What is to be said of the extended model.
 pub(super) fn notes(diagnosis: &Diagnosis) -> Vec<String> {
-    let all = [tyres(diagnosis), sizes(diagnosis), clocks(diagnosis), transient(diagnosis), remainder(diagnosis)];
+    let remainder = diagnosis.remainder.and_then(remainder);
+    let all = [tyres(diagnosis), sizes(diagnosis), clocks(diagnosis), transient(diagnosis), remainder];
     all.into_iter().flatten().collect()
 }
 
 /// That the extended model is not what was fitted, where it is not.
-fn remainder(diagnosis: &Diagnosis) -> Option<String> {
-    let Remainder { fitted, simulated } = diagnosis.remainder.filter(Remainder::is_other)?;
-    Some(format!(
-        "The extended model, simulated as a whole, ends {:.1} mm RMS from these very runs, not {:.1} mm as it was fitted: what          its parts do together is more than single parts and pairs of them do. Trust `predict` with it no farther than that.",
-        1e3 * simulated,
-        1e3 * fitted
-    ))
+fn remainder(remainder: Remainder) -> Option<String> {
+    let Remainder { fitted, simulated } = remainder;
+    remainder.is_other().then(|| {
+        format!(
+            "The extended model, simulated as a whole, ends {:.1} mm RMS from these very runs, not {:.1} mm as it was fitted: \
+             what its parts do together is more than single parts and pairs of them do. Trust `predict` with it no farther than \
+             that.",
+            1e3 * simulated,
+            1e3 * fitted
+        )
+    })
 }
 
 /// What is left, where it may be made good.
@@ -449,4 +454,17 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
         100.0 * noise.scatter.distance,
         1e3 * noise.clock_std
     )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_extended_model_that_is_not_what_was_fitted_is_said_to_be_so() {
+        let words = remainder(Remainder { fitted: 0.0556, simulated: 0.1914 }).expect("it is another");
+        assert!(words.contains("ends 191.4 mm RMS from these very runs, not 55.6 mm as it was fitted"), "{words}");
+        assert!(!words.contains("  "), "{words}");
+        assert_eq!(remainder(Remainder { fitted: 0.0327, simulated: 0.0324 }), None);
+    }
 }
