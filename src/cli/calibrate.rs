@@ -32,6 +32,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
+    output::expect_new(arguments.out.as_deref())?;
     let methods = options::methods(&arguments.methods)?;
     let training = Training::new(&read(&arguments.datasets)?)?;
     let hold_out = match arguments.hold_out.as_slice() {

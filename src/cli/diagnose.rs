@@ -58,6 +58,7 @@ pub(super) struct Arguments {
 /// Reads, diagnoses, writes, prints.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     set_threads(arguments.threads)?;
+    output::expect_new(arguments.out.as_deref())?;
     let read = |paths: &[PathBuf]| paths.iter().map(|path| Dataset::read(path)).collect::<Result<Vec<_>, _>>();
     let (datasets, hold_out) = (read(&arguments.datasets)?, read(&arguments.hold_out)?);
     let (robot, world) = models(arguments, &datasets[0])?;

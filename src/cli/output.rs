@@ -63,6 +63,18 @@ pub(super) fn where_to_look(folder: &Path) -> String {
     words
 }
 
+/// Refuses a folder that exists already, before long work whose results could not be put there.
+pub(super) fn expect_new(asked: Option<&Path>) -> anyhow::Result<()> {
+    match asked {
+        Some(path) if path.exists() => Err(exists_already(path)),
+        _ => Ok(()),
+    }
+}
+
+fn exists_already(path: &Path) -> anyhow::Error {
+    anyhow::anyhow!("{}: exists already, and results are never overwritten; name a new folder", path.display())
+}
+
 /// Makes the folder that was asked for, which must not exist yet; or a new numbered one under `recordings/`.
 pub(super) fn folder(asked: Option<&Path>, command: &str) -> anyhow::Result<PathBuf> {
     if let Some(path) = asked {
@@ -71,12 +83,7 @@ pub(super) fn folder(asked: Option<&Path>, command: &str) -> anyhow::Result<Path
         }
         return match std::fs::create_dir(path) {
             Ok(()) => Ok(path.to_owned()),
-            Err(error) if error.kind() == ErrorKind::AlreadyExists => {
-                anyhow::bail!(
-                    "{}: exists already, and results are never overwritten; name a new folder",
-                    path.display()
-                )
-            }
+            Err(error) if error.kind() == ErrorKind::AlreadyExists => Err(exists_already(path)),
             Err(error) => Err(error).with_context(|| format!("{}: cannot be made", path.display())),
         };
     }

@@ -34,6 +34,7 @@ pub(super) struct Arguments {
 /// Predicts every run and writes a dataset.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     set_threads(arguments.threads)?;
+    output::expect_new(arguments.out.as_deref())?;
     let dataset = crate::dataset::Dataset::read(&arguments.dataset)?;
     let scene = load_scene(&arguments.robot, &arguments.world)?;
     let scene = Cause::edit_all(&Cause::from_settings(&arguments.settings, &scene)?, &scene);

@@ -20,6 +20,7 @@ pub(super) struct Arguments {
 /// Searches, prints, writes the best model, and drives it.
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     super::options::set_threads(arguments.scene.threads)?;
+    output::expect_new(arguments.scene.out.as_deref())?;
     let mut scene = arguments.scene.scene()?;
     scene.time_step = scene.time_step.max(Simulator::TIME_STEP);
     let done = AtomicUsize::new(0);

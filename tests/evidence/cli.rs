@@ -161,7 +161,13 @@ fn an_existing_folder_is_left_alone() {
     let kept = folder.path().join("mine");
     std::fs::create_dir(&kept).expect("it is new");
     std::fs::write(kept.join("thesis.txt"), "years of work").expect("it can be written");
-    refused(folder.path(), &["drive", "--side", "1", "--out", "mine"], &["mine: exists already", "never overwritten"]);
+    let drive = ["drive", "--side", "1"].as_slice();
+    // What takes long, or reads first, says so before it has begun.
+    let predict = ["predict", "nowhere", "--robot", "leo"].as_slice();
+    for command in [drive, predict, &["diagnose", "nowhere"], &["calibrate", "nowhere"], &["table-one"]] {
+        let arguments = [command, &["--out", "mine"]].concat();
+        refused(folder.path(), &arguments, &["mine: exists already", "never overwritten"]);
+    }
     assert_eq!(std::fs::read_to_string(kept.join("thesis.txt")).expect("it is there"), "years of work");
 }
 
