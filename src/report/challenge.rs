@@ -96,6 +96,25 @@ pub fn json(score: &Score) -> Value {
         "gain_over_oracle": finite(sums.gain),
         "gain_on_fresh_campaign_over_oracle": finite(sums.gain_on_fresh),
         "seconds_per_diagnosis": sums.seconds,
+        "draws": score.draws.iter().map(draw).collect::<Vec<_>>(),
+    })
+}
+
+/// One draw: from those of several scores the sums of all of them follow.
+fn draw(scored: &Scored) -> Value {
+    let gain = |gain: Option<[f64; 2]>| gain.map(|[found, oracle]| json!({"found": found, "oracle": oracle}));
+    let interval = |it: &Interval| json!({"effect": it.effect, "parameter": it.parameter, "off_sigma": it.off});
+    json!({
+        "seed": scored.seed,
+        "hidden": scored.truth,
+        "strength_sigma": scored.strength,
+        "oracle_set": scored.oracle_set,
+        "answer": scored.answer,
+        "came_to": words(scored.tally),
+        "intervals": scored.intervals.iter().map(interval).collect::<Vec<_>>(),
+        "gain": gain(scored.gain),
+        "gain_on_fresh_campaign": gain(scored.gain_on_fresh),
+        "seconds": scored.seconds,
     })
 }
 
