@@ -100,7 +100,7 @@ pub fn json(score: &Score) -> Value {
     })
 }
 
-/// One draw: from those of several scores the sums of all of them follow.
+/// One draw: tallies, coverage and gains of several scores follow from their draws together.
 fn draw(scored: &Scored) -> Value {
     let gain = |gain: Option<[f64; 2]>| gain.map(|[found, oracle]| json!({"found": found, "oracle": oracle}));
     let interval = |it: &Interval| json!({"effect": it.effect, "parameter": it.parameter, "off_sigma": it.off});
