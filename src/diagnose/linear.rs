@@ -475,6 +475,46 @@ impl Problem<'_> {
         }
     }
 
+    /// A step from `at` along the axes of `linear`, as much of it as leaves what a linear look foretells: what a spot does has
+    /// kinks. Readings are whitened by `further` besides.
+    fn as_far_as_linear(
+        &self,
+        at: &Coordinates,
+        step: &DVector<f64>,
+        linear: &Linearised,
+        further: &[Option<Cholesky<f64, Dyn>>],
+    ) -> Vec<(Axis, f64)> {
+        let moved = |halvings: i32| -> Vec<(Axis, f64)> {
+            let moved = at.iter().zip(step.iter()).map(|(&(axis, value), step)| {
+                let coordinate = self.variants[axis.variant].coordinates[axis.coordinate];
+                (axis, coordinate.within(value + 0.5_f64.powi(halvings) * step))
+            });
+            moved.collect()
+        };
+        let squares = |of: &dyn Fn(usize, usize) -> DVector<f64>| -> f64 {
+            let of_cluster = |(index, cluster): (usize, &Cluster)| -> f64 {
+                cluster.active(&self.counts).map(|run| self.counts[run] * of(index, run).norm_squared()).sum()
+            };
+            self.clusters.iter().enumerate().map(of_cluster).sum()
+        };
+        let left = |there: &Coordinates| {
+            let there = self.linearise(there, &[]);
+            squares(&|index, run| match &further[index] {
+                Some(further) => doubt::whitened(further, &there.residuals[run]),
+                None => there.residuals[run].clone(),
+            })
+        };
+        let foretold = |there: &Coordinates| {
+            let by = values(there) - values(at);
+            squares(&|index, run| {
+                let weighted = by.iter().zip(&linear.axes).map(|(by, &axis)| by * self.weight(axis, run));
+                &linear.residuals[run] - &linear.columns[index] * DVector::from_iterator(by.len(), weighted)
+            })
+        };
+        let mut shorter = (0..HALVINGS).map(moved);
+        shorter.find(|there| left(there) < FORETOLD * foretold(there)).unwrap_or_else(|| at.to_vec())
+    }
+
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
     pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
         let mut linear = self.linearise(&at, axes);
@@ -569,11 +609,16 @@ impl Problem<'_> {
                 log_evidence += LN_2 + log_normal_cdf(best / covariance[(index, index)].sqrt());
             }
         }
-        let best = at.iter().zip(&prior).zip(solution.iter());
-        let at = best.map(|((&(axis, value), prior), step)| (axis, prior.within(value + step))).collect();
+        let step = solution.rows(0, p).into_owned();
+        let at = self.as_far_as_linear(&at, &step, &linear, &run_errors);
         Fit { at, covariance, log_evidence, chi2, left: quadratic, strays }
     }
 }
+
+/// Halvings of a step until what it leaves is what a linear look foretells.
+const HALVINGS: i32 = 4;
+/// What is left over what was foretold from which on it is something else.
+const FORETOLD: f64 = 1.1;
 
 /// The coordinates, without what they are along.
 fn values(at: &Coordinates) -> DVector<f64> {

@@ -3,7 +3,8 @@
 //! The way of a run is a chain of small body-frame steps (`way`). A cause changes each step by a curve over its coordinate
 //! through simulations at a few values (exact there; `response`); steps are composed again, so that a heading that was changed
 //! early carries what comes later without any linearisation. What two causes do together beyond what each does alone is a
-//! product of their sizes, once simulated (`exact`). Survey effects are applied to the composed way as they are.
+//! product of their sizes, once simulated (`exact`), and what is beyond pairs in an answer of many is added where that answer
+//! is. Survey effects are applied to the composed way as they are.
 
 mod exact;
 mod library;
