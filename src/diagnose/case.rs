@@ -4,6 +4,7 @@ use crate::dataset::{Dataset, PoseLog, Protocol, Run};
 use crate::geometry::Pose2;
 use crate::odometry::{DeadReckoning, OdometryParameters};
 use crate::scene::{NoiseModel, Scene, Survey};
+use std::ops::Range;
 
 /// One run.
 #[derive(Debug, Clone)]
@@ -256,6 +257,13 @@ impl Case {
     /// Name of its campaign and its own.
     pub fn name(&self) -> String {
         format!("{}/{}", self.campaign_name, self.run.name)
+    }
+
+    /// Where its end stands among its readings as `linear` lists them: a position, and a heading where one was read.
+    pub fn rows_of_end(&self) -> Range<usize> {
+        let rows = |reading: &Reading| if reading.heading.is_some() { 3 } else { 2 };
+        let all = self.readings.iter().map(rows).sum();
+        all - self.readings.last().map_or(0, rows)..all
     }
 
     /// The same run with so many readings that its way can be drawn.

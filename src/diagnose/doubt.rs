@@ -116,10 +116,10 @@ pub(super) fn transient(mut kinds: Vec<Kind>) -> DMatrix<f64> {
 }
 
 /// Factor of the covariance that the mean of a cluster's whitened readings has by such errors, over the one it has without:
-/// `columns` are whitened, `count` is how many runs the mean is of.
-pub(super) fn factor(columns: &DMatrix<f64>, count: f64) -> Option<Cholesky<f64, Dyn>> {
+/// `columns` are whitened, `count` is how many runs the mean is of, and noise alone makes it vary `times` as much.
+pub(super) fn factor(columns: &DMatrix<f64>, count: f64, times: f64) -> Option<Cholesky<f64, Dyn>> {
     let rows = columns.nrows();
-    Cholesky::new(DMatrix::identity(rows, rows) + columns * columns.transpose() * count)
+    Cholesky::new(DMatrix::identity(rows, rows) * times + columns * columns.transpose() * count)
 }
 
 /// ln √det of a factor's matrix.

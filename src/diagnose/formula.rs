@@ -1,9 +1,10 @@
-//! Where no known cause takes a misfit away: a formula of the body's twist, beside known causes or alone.
+//! Where no known cause takes a misfit away: what stands out of what is left, be it causes or a formula of the body's twist.
 
 use super::refine::{self, LONG_LIST, Place};
 use super::search::{self, Hypothesis, Ranking};
 use super::variant::Axis;
-use super::{Study, verdict};
+use super::{ForwardModel, Study, verdict};
+use std::collections::BTreeSet;
 
 /// Terms of a formula.
 const MOST_TERMS: usize = 4;
@@ -13,33 +14,101 @@ const LARGEST_TERM: f64 = 10.0;
 /// cause would stand in its place and move it anywhere.
 const BLURRED: f64 = 2.0;
 /// Times that causes beside a formula are simulated where they are best, with it.
-const TOGETHER: usize = 3;
+const TOGETHER: usize = 8;
+/// Formulas that are tried, where what the first ones promised was not kept.
+const FORMULAS: usize = 4;
+/// Times that what every answer leaves is taken anew from what is left.
+const ANNEALINGS: usize = 3;
+/// Share of what was left before, from which on what is left is as much.
+const STEADY: f64 = 0.8;
 
 impl Study<'_> {
+    /// The ranking as it is, or, where that leaves much, one of what stands out of an error of the motion that is as large as
+    /// what is left makes it, be it causes or a formula.
+    pub(super) fn explained(&mut self, known: Ranking) -> Ranking {
+        if !verdict::leaves_much(self, known.best()) {
+            return self.with_formula(known);
+        }
+        let mut ranking = known;
+        let mut discrepancy = self.discrepancy_of(ranking.best());
+        for _ in 0..ANNEALINGS {
+            self.discrepancy = discrepancy;
+            let mut known = self.search(&self.known_variants(), &[]);
+            self.keep_promises(&mut known);
+            ranking = self.with_formula(known);
+            discrepancy = self.discrepancy_of(ranking.best());
+            if discrepancy > STEADY * self.discrepancy {
+                break;
+            }
+        }
+        ranking
+    }
+
+    /// Variance of runs' means, over what noise makes of it, under which what an answer leaves is likeliest.
+    fn discrepancy_of(&self, answer: &Hypothesis) -> f64 {
+        let problem = self.problem_of(&self.noise, self.model.scene().robot.doubt, self.counts.clone());
+        problem.left_of_means(&answer.fit.at).max(1.0)
+    }
+
     /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
     /// the terms of that formula.
-    pub(super) fn explained(&mut self, known: Ranking) -> Ranking {
-        let Some(mut formula) = self.formula(&known).map(|it| self.terms_of(&it)) else { return known };
-        // Terms are simulated as they are found.
-        let places = formula.iter().map(|&(axis, value)| Place { axis, value, std_dev: f64::INFINITY });
-        if self.refine_at(&places.collect::<Vec<_>>()) {
-            let Some(again) = self.formula(&known) else { return known };
-            formula = self.terms_of(&again);
+    fn with_formula(&mut self, known: Ranking) -> Ranking {
+        let mut best = known.clone();
+        let mut tried: Vec<BTreeSet<Axis>> = Vec::new();
+        for _ in 0..FORMULAS {
+            let Some(mut formula) = self.next_formula(&known, &best, &tried) else { break };
+            // Terms are simulated as they are found.
+            let places = formula.iter().map(|&(axis, value)| Place { axis, value, std_dev: f64::INFINITY });
+            if self.refine_at(&places.collect::<Vec<_>>()) {
+                let Some(again) = self.next_formula(&known, &best, &tried) else { break };
+                formula = again;
+            }
+            tried.push(formula.iter().map(|(axis, _)| *axis).collect());
+            let explained = self.beside_simulated(formula);
+            if explained.best().log_posterior > best.best().log_posterior + verdict::REAL {
+                best = explained;
+            }
         }
+        best
+    }
+
+    /// Terms of the best formula that was not tried and promises more than the best so far keeps.
+    fn next_formula(&self, known: &Ranking, best: &Ranking, tried: &[BTreeSet<Axis>]) -> Option<Vec<(Axis, f64)>> {
+        let kept = best.best().log_posterior + verdict::REAL;
+        let formulas = self.formulas(known).into_iter().take_while(|h| h.log_posterior > kept);
+        let mut terms = formulas.map(|it| self.terms_of(&it));
+        terms.find(|terms| {
+            let axes = terms.iter().map(|(axis, _)| *axis).collect();
+            !terms.is_empty() && !tried.contains(&axes)
+        })
+    }
+
+    /// Causes by evidence beside the terms of a formula, simulated with it until the best is what it is said to be: causes are
+    /// elsewhere there than without it, and many promise more than they keep. What cannot be driven there is seen when the
+    /// answer is judged.
+    fn beside_simulated(&mut self, mut formula: Vec<(Axis, f64)>) -> Ranking {
         formula.extend(search::doubted(&self.variants));
+        // The formula alone stays what answers are measured by.
+        let _ = self.couple(&formula);
         let mut ranking = self.beside(&formula);
-        // Beside a formula causes are elsewhere than without it, and what they do there with it was not simulated yet. What
-        // cannot be driven there is seen when the answer is judged.
+        let mut simulated: Vec<Hypothesis> = Vec::new();
         for _ in 0..TOGETHER {
             if !matches!(self.refine(&ranking), Ok(true)) {
                 break;
             }
             let before = ranking;
+            simulated.push(before.best().clone());
             ranking = self.beside(&formula);
-            if refine::is_settled(&before, &ranking) {
+            ranking.look_again(&self.problem(self.counts.clone()), &simulated);
+            if self.is_exact(ranking.best()) && refine::is_settled(&before, &ranking) {
                 break;
             }
         }
+        let is_simulated = |h: &Hypothesis| self.surrogate.knows_of_all(&self.variants, &h.fit.at);
+        if let Some(first) = ranking.hypotheses.iter().position(is_simulated) {
+            ranking.hypotheses.drain(..first);
+        }
+        self.keep_promises(&mut ranking);
         ranking
     }
 
@@ -54,16 +123,21 @@ impl Study<'_> {
         formula.fit.at.iter().filter(|(axis, _)| self.variants[axis.variant].is_term()).copied().collect()
     }
 
-    /// The formula that serves best, alone or beside the best known causes, where it is clearly better than they. A misfit below
-    /// what noise alone makes has no room for one, unless many causes took it there: one term may do what they do together.
+    /// The formula that serves best, if any does.
     pub(super) fn formula(&self, known: &Ranking) -> Option<Hypothesis> {
+        self.formulas(known).into_iter().next().filter(|it| !self.terms_of(it).is_empty())
+    }
+
+    /// Formulas, alone or beside the best known causes, that are clearly better than those, best first. A misfit below what
+    /// noise alone makes has no room for one, unless many causes took it there: one term may do what they do together.
+    fn formulas(&self, known: &Ranking) -> Vec<Hypothesis> {
         let best = known.best();
         let readings: f64 =
             self.observed.iter().zip(&self.counts).map(|(observed, count)| observed.len() as f64 * count).sum();
         let leaves_room = best.fit.chi2 >= readings;
         let causes = best.set.iter().filter(|&&index| self.variants[index].is_cause()).count();
         if !leaves_room && causes < LONG_LIST {
-            return None;
+            return Vec::new();
         }
         let terms: Vec<usize> = (0..self.variants.len()).filter(|&index| self.variants[index].is_term()).collect();
         let problem = self.problem(self.counts.clone());
@@ -83,8 +157,7 @@ impl Study<'_> {
         let blurs = |h: &Hypothesis| best.fit.at.iter().any(|(axis, _)| is_blurred(h, *axis));
         formulas.hypotheses.retain(|h| !h.fit.at.iter().any(is_large) && !blurs(h));
         formulas.sort();
-        let formula = formulas.hypotheses.into_iter().next()?;
-        let serves = formula.log_posterior > best.log_posterior + verdict::REAL;
-        (serves && !self.terms_of(&formula).is_empty()).then_some(formula)
+        formulas.hypotheses.retain(|h| h.log_posterior > best.log_posterior + verdict::REAL);
+        formulas.hypotheses
     }
 }

@@ -101,7 +101,8 @@ fn folds(study: &Study<'_>) -> (Vec<Vec<usize>>, String) {
 pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError> {
     let everyone = study.counts.clone();
     let mut other = study.on_other_tyres.take();
-    let noises = [Some(study.noise.clone()), other.as_ref().map(|other| other.noise.clone())];
+    let errors_of = |study: &Study<'_>| (study.noise.clone(), study.discrepancy);
+    let learnt = [Some(errors_of(study)), other.as_deref().map(errors_of)];
     let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
     let is_named = !named.is_empty();
     let (folds, words) =
@@ -141,7 +142,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
                 continue;
             }
             let covariance = answering.shapes[index].covariance(&answering.noise[cluster.campaign]);
-            let first = first_of_end(study, cluster.reference);
+            let first = study.cases[cluster.reference].rows_of_end().start;
             let floor = covariance[(first, first)] + covariance[(first + 1, first + 1)];
             let expected = answered.expected_off(&linear, &fit, index, first);
             for run in runs {
@@ -150,9 +151,11 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
             }
         }
     }
-    for (study, noise) in std::iter::once(&mut *study).chain(other.as_deref_mut()).zip(noises.into_iter().flatten()) {
+    let studies = std::iter::once(&mut *study).chain(other.as_deref_mut());
+    for (study, (noise, discrepancy)) in studies.zip(learnt.into_iter().flatten()) {
         study.counts.clone_from(&everyone);
         study.noise = noise;
+        study.discrepancy = discrepancy;
         study.shape(Vec::new());
     }
     study.on_other_tyres = other;
@@ -206,15 +209,10 @@ fn answer_without(study: &mut Study<'_>, counts: &[f64]) -> Answer {
     study.counts = counts.to_vec();
     // Spots that were closed in on know all runs, and so do the shapes of the noise on the best answer's ways.
     study.shape(Vec::new());
+    study.discrepancy = 1.0;
     let known = study.first_look(&study.first_variants());
     let explained = study.explained(known);
     study.answer_of(&explained)
-}
-
-/// Where a run's end stands among its readings: a position, and a heading where one was read.
-fn first_of_end(study: &Study<'_>, run: usize) -> usize {
-    let has_heading = study.cases[run].readings.last().is_some_and(|reading| reading.heading.is_some());
-    study.observed[run].len() - if has_heading { 3 } else { 2 }
 }
 
 /// Errors of one run's end, which stands from `first` on, as predicted before and after; `floor` and `expected` are squared

@@ -47,6 +47,9 @@ pub(super) struct Problem<'a> {
     pub doubts: Vec<Option<DMatrix<f64>>>,
     /// What the mean of each cluster's runs errs by on their account.
     pub of_means: Vec<Option<Cholesky<f64, Dyn>>>,
+    /// Variance of runs' means over what noise makes of it, from 1 on, where what every answer leaves is no noise [a dispersion
+    /// in the sense of Wedderburn, *Biometrika* 61 (1974) 439–447].
+    pub discrepancy: f64,
 }
 
 /// A hypothesis at its best.
@@ -201,8 +204,34 @@ impl Problem<'_> {
             doubt::whiten(&self.factors[index], &mut columns);
             self.doubts[index] = Some(columns);
         }
+        self.with_means()
+    }
+
+    /// The same problem, in which runs' means vary `discrepancy` times as much as noise makes them.
+    pub fn with_discrepancy(self, discrepancy: f64) -> Self {
+        Problem { discrepancy, ..self }.with_means()
+    }
+
+    fn with_means(mut self) -> Self {
         self.of_means = (0..self.clusters.len()).map(|index| self.of_mean(index, None)).collect();
         self
+    }
+
+    /// Variance of the runs' means about what is foretold of them at `at`, over what they should have.
+    pub fn left_of_means(&self, at: &Coordinates) -> f64 {
+        let linear = self.linearise(at, &[]);
+        let (mut left, mut freedom) = (0.0, 0);
+        for (index, cluster) in self.clusters.iter().enumerate() {
+            let count = cluster.count(&self.counts);
+            if count == 0.0 {
+                continue;
+            }
+            let mean = self.mean(&linear, index).residual;
+            let white = self.errs(&linear, index).map(|errs| doubt::whitened(errs, &mean));
+            left += count * white.as_ref().unwrap_or(&mean).norm_squared();
+            freedom += mean.len();
+        }
+        left / freedom as f64
     }
 
     /// What the mean of a cluster's runs errs by.
@@ -212,11 +241,13 @@ impl Problem<'_> {
 
     /// Factor of what the mean of a cluster's runs errs by, where runs are whitened by `further` as well.
     fn of_mean(&self, cluster: usize, further: Option<&Cholesky<f64, Dyn>>) -> Option<Cholesky<f64, Dyn>> {
-        let mut columns = self.doubts[cluster].clone()?;
+        let rows = self.factors[cluster].l_dirty().nrows();
+        let no_more = || (self.discrepancy > 1.0).then(|| DMatrix::zeros(rows, 0));
+        let mut columns = self.doubts[cluster].clone().or_else(no_more)?;
         if let Some(further) = further {
             doubt::whiten(further, &mut columns);
         }
-        doubt::factor(&columns, self.clusters[cluster].count(&self.counts))
+        doubt::factor(&columns, self.clusters[cluster].count(&self.counts), self.discrepancy)
     }
 
     /// Change of the reference run's readings when it is driven an hour later.
@@ -418,6 +449,13 @@ impl Problem<'_> {
         self.evidence(axes, at)
     }
 
+    /// What a fit makes least: what readings and priors leave at `at`; responses are taken as exact.
+    pub fn cost(&self, at: &Coordinates) -> f64 {
+        let axes: Vec<Axis> = at.iter().map(|(axis, _)| *axis).collect();
+        let (_, _, left) = self.normal_equations(&self.linearise(at, &[]));
+        left + Plausible::of(self.variants, &axes).at(&values(at)).cost
+    }
+
     /// Logarithm of the likelihood of the readings at `at`, up to a constant; responses are taken as exact.
     pub fn log_likelihood(&self, at: &Coordinates) -> f64 {
         let linear = self.linearise(at, &[]);
@@ -458,13 +496,15 @@ impl Problem<'_> {
         first: usize,
     ) -> impl Fn(usize) -> f64 + 'l {
         let end = self.factors[cluster].l().rows(first, 2).into_owned();
+        let of_noise = 1.0 + (self.discrepancy - 1.0) / f64::max(self.clusters[cluster].runs.len() as f64, 1.0);
         let mut columns: Vec<DMatrix<f64>> = self.doubts[cluster].iter().cloned().collect();
         if self.may_err(&fit.at) {
             columns.push(self.response_errors(cluster, &fit.at));
             columns.push(self.run_error_columns(cluster, &fit.at));
         }
         // A squared distance is a covariance's trace, and that of MMᵀ is the sum of M's squares.
-        let errors = columns.iter().fold(end.norm_squared(), |sum, columns| sum + (&end * columns).norm_squared());
+        let errors =
+            columns.iter().fold(of_noise * end.norm_squared(), |sum, columns| sum + (&end * columns).norm_squared());
         let open = &end * &linear.columns[cluster];
         move |run| {
             let mut open = open.clone();

@@ -61,10 +61,9 @@ pub(super) fn misfit(study: &Study<'_>) -> Misfit {
     let mut conditions: Vec<MisfitCondition> = Vec::new();
     let (mut chi2, mut dof) = (0.0, 0);
     for (index, cluster) in study.clusters.iter().enumerate() {
-        let reference = &study.cases[cluster.reference];
-        let with_heading = reference.readings.last().is_some_and(|reading| reading.heading.is_some());
-        let parts = if with_heading { 3 } else { 2 };
-        let end = |values: &DVector<f64>| values.rows(values.len() - parts, parts).into_owned();
+        let rows = study.cases[cluster.reference].rows_of_end();
+        let (first, parts) = (rows.start, rows.len());
+        let end = |values: &DVector<f64>| values.rows(first, parts).into_owned();
         let residuals: Vec<DVector<f64>> = cluster
             .runs
             .iter()
@@ -74,7 +73,7 @@ pub(super) fn misfit(study: &Study<'_>) -> Misfit {
         let count = runs as f64;
         let mean = residuals.iter().fold(DVector::zeros(parts), |sum, r| sum + r) / count;
         let full = study.shapes[index].covariance(&study.noise[cluster.campaign]);
-        let covariance = full.view((full.nrows() - parts, full.ncols() - parts), (parts, parts)).into_owned() / count;
+        let covariance = full.view((first, first), (parts, parts)).into_owned() / count;
         if let Some(factor) = Cholesky::new(covariance.clone()) {
             chi2 += mean.dot(&factor.solve(&mean));
             dof += parts;
@@ -95,6 +94,21 @@ pub(super) fn misfit(study: &Study<'_>) -> Misfit {
     }
     let p_value = ChiSquared::new(dof as f64).map_or(f64::NAN, |law| law.sf(chi2));
     Misfit { chi2, dof, p_value, conditions }
+}
+
+/// Root mean square distance of the ends of the runs that count from what is foretold of them under `at` \[m\].
+pub(super) fn left_of_ends(study: &Study<'_>, at: &[(Axis, f64)]) -> f64 {
+    let problem = study.problem(study.counts.clone());
+    let (mut sum, mut count) = (0.0, 0.0);
+    for (index, cluster) in study.clusters.iter().enumerate() {
+        let first = study.cases[cluster.reference].rows_of_end().start;
+        for run in cluster.active(&study.counts) {
+            let off = &study.observed[run] - problem.predict(index, run, at);
+            sum += study.counts[run] * off.rows(first, 2).norm_squared();
+            count += study.counts[run];
+        }
+    }
+    (sum / f64::max(count, 1.0)).sqrt()
 }
 
 /// Readings of every run, enough to draw its way, beside those predicted as given and under `at`.

@@ -7,7 +7,8 @@
 //! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`, `spots`).
 //! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`, `plausible`).
 //! 5. The leading ones are simulated again where they are best, until that changes nothing (`refine`).
-//! 6. Where much is left, a formula may take it away (`formula`), or the robot is on other tyres (`tyres`).
+//! 6. Where the best leaves much, answers have to stand out of as much, and a formula may take it away (`formula`), or the robot
+//!    is on other tyres (`tyres`).
 //! 7. What stands is named, with what cannot be told from it (`verdict`) and what could not have shown (`blind`), and what it is
 //!    worth is measured on runs that it did not see (`gain`).
 
@@ -137,6 +138,8 @@ pub struct Study<'m> {
     shapes: Vec<Shapes>,
     /// What an error of the model's own motion does to each cluster's readings, once it was asked for.
     doubts: OnceLock<Vec<MotionError>>,
+    /// Variance of runs' means over what noise makes of it, where what every answer leaves is no noise; 1 else.
+    discrepancy: f64,
     /// The hypothesis on whose ways these two are.
     shaped_at: Vec<(variant::Axis, f64)>,
     /// What is stated or usual of each campaign's noise, and what was learnt.
@@ -260,6 +263,7 @@ impl<'m> Study<'m> {
             surrogate,
             shapes,
             doubts: OnceLock::new(),
+            discrepancy: 1.0,
             shaped_at: Vec::new(),
             observed,
             left_out,
@@ -444,10 +448,11 @@ impl<'m> Study<'m> {
     }
 
     fn problem_under(&self, noise: &[NoiseModel], counts: Vec<f64>) -> Problem<'_> {
-        self.problem_of(noise, self.model.scene().robot.doubt, counts)
+        let problem = self.problem_of(noise, self.model.scene().robot.doubt, counts);
+        if self.discrepancy > 1.0 { problem.with_discrepancy(self.discrepancy) } else { problem }
     }
 
-    /// The problem where the model's motion errs as `doubt` says.
+    /// The problem where the model's motion errs as `doubt` says, and no more than that.
     fn problem_of(&self, noise: &[NoiseModel], doubt: Doubt, counts: Vec<f64>) -> Problem<'_> {
         let clusters = self.clusters.iter().zip(&self.shapes);
         let factors: Vec<_> = clusters.map(|(cluster, shapes)| shapes.factor(&noise[cluster.campaign])).collect();
@@ -455,6 +460,7 @@ impl<'m> Study<'m> {
         let exact = Problem {
             doubts: vec![None; factors.len()],
             of_means: vec![None; factors.len()],
+            discrepancy: 1.0,
             scene: self.model.scene(),
             cases: &self.cases,
             clusters: &self.clusters,
@@ -576,7 +582,7 @@ impl<'m> Study<'m> {
     }
 
     /// Where an answer is, without what is in doubt of the model anyway. Where causes may act otherwise than the model has
-    /// them, their sizes are such that the model as it is predicts best.
+    /// them, their sizes are such that the model as it is predicts best. At nothing, where it leaves much and is worse than that.
     fn answered(&self, answer: &search::Hypothesis) -> Vec<(variant::Axis, f64)> {
         let as_simulated = |axis: &variant::Axis| {
             let variant = &self.variants[axis.variant];
@@ -587,6 +593,10 @@ impl<'m> Study<'m> {
             (axes.len() < answer.fit.at.len()).then(|| self.problem(self.counts.clone()).fit(&axes, &answer.fit.at).at);
         let mut at = refitted.unwrap_or_else(|| answer.fit.at.clone());
         at.retain(|(axis, _)| !self.variants[axis.variant].is_doubted());
+        // What comes nearest on the way may end farther off than the model as given, and then it is no model.
+        if verdict::leaves_much(self, answer) && misfit::left_of_ends(self, &at) > misfit::left_of_ends(self, &[]) {
+            at.clear();
+        }
         at
     }
 

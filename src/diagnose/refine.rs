@@ -1,12 +1,14 @@
 //! The stand-in made exact where the leading answers are, and asked again.
 
-use super::search::{self, Hypothesis, Ranking};
+use super::search::{self, Hypothesis, Ranking, Set};
 use super::surrogate::{Bench, Surrogate};
 use super::variant::{Axis, Variant};
 use super::{DiagnoseError, Study, spots, verdict};
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
+/// Times that an answer is simulated as a whole to find where it leaves least, and that another takes its place.
+const AS_A_WHOLE: usize = 8;
 /// Distance from what was simulated beyond which an answer is simulated where it is \[σ\].
 const NEAR: f64 = 0.15;
 const NEAR_FOR_SPOTS: f64 = 0.1;
@@ -47,8 +49,7 @@ impl Study<'_> {
             }
             let before = ranking;
             ranking = self.search(&self.known_variants(), &self.worth_another_look(&before));
-            let is_exact = places(ranking.best()).all(|place| self.is_known(place));
-            if round > 1 && is_exact && is_settled(&before, &ranking) {
+            if round > 1 && self.is_exact(ranking.best()) && is_settled(&before, &ranking) {
                 break;
             }
         }
@@ -118,7 +119,7 @@ impl Study<'_> {
 
     /// Simulates the causes of an answer together; where the robot cannot be driven so, with the farthest of them as near as it
     /// has to be, which is as far as its axis goes from then on. Whether anything was simulated.
-    fn couple(&mut self, answer: &[(Axis, f64)]) -> Result<bool, DiagnoseError> {
+    pub(super) fn couple(&mut self, answer: &[(Axis, f64)]) -> Result<bool, DiagnoseError> {
         let (surrogate, bench) = self.bench();
         let failed = match surrogate.couple(bench, answer) {
             Ok(any) => return Ok(any),
@@ -179,6 +180,56 @@ impl Study<'_> {
             self.refine_one(place.axis, place.value);
         }
         !wanted.is_empty()
+    }
+
+    /// Leaves an answer best that was simulated as a whole, where it leaves least so.
+    pub(super) fn keep_promises(&mut self, ranking: &mut Ranking) {
+        let mut settled: Vec<Set> = Vec::new();
+        while settled.len() < AS_A_WHOLE && !settled.contains(&ranking.best().set) {
+            settled.push(ranking.best().set.clone());
+            self.settle(ranking);
+            // What promises as much and was never simulated is no answer.
+            let as_good = ranking.best().log_posterior - verdict::CONVINCING;
+            let is_one =
+                |h: &Hypothesis| h.log_posterior < as_good || self.surrogate.knows_of_all(&self.variants, &h.fit.at);
+            ranking.hypotheses.retain(is_one);
+            ranking.sort();
+        }
+    }
+
+    /// Takes the best to where, simulated as a whole, it leaves least: to where it is best by what was simulated last, or, where
+    /// it turns out to leave more there, halfway back.
+    fn settle(&mut self, ranking: &mut Ranking) {
+        let axes = search::axes_of(&self.variants, &ranking.best().set);
+        let mut at = ranking.best().fit.at.clone();
+        let mut least: Option<(f64, Vec<(Axis, f64)>)> = None;
+        for _ in 0..AS_A_WHOLE {
+            if !self.couple(&at).unwrap_or(false) {
+                break;
+            }
+            let problem = self.problem(self.counts.clone());
+            let cost = problem.cost(&at);
+            match &least {
+                Some((of_least, best)) if cost > *of_least => {
+                    for ((_, value), (_, best)) in at.iter_mut().zip(best) {
+                        *value = 0.5 * (*value + best);
+                    }
+                }
+                _ => {
+                    least = Some((cost, at.clone()));
+                    at = problem.fit(&axes, &at).at;
+                }
+            }
+        }
+        if let Some((_, best)) = least {
+            let _ = self.couple(&best);
+            ranking.move_best(&self.problem(self.counts.clone()), best);
+        }
+    }
+
+    /// Whether an answer was simulated where it is, each axis and all of it at once.
+    pub(super) fn is_exact(&self, answer: &Hypothesis) -> bool {
+        places(answer).all(|place| self.is_known(place)) && self.surrogate.knows_all(&self.variants, &answer.fit.at)
     }
 
     /// Whether an axis was simulated about there, if it has to be: of a large cause, which was simulated here and there only,

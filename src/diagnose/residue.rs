@@ -167,9 +167,8 @@ pub(super) fn residues(
         let path = compose(way.start, &extended_way.steps);
         let together = flatten(case, &study.surrogate.readings(case, way, &path, &survey))
             - problem.predict(index, cluster.reference, at);
-        let parts = if case.readings[0].heading.is_some() { 3 } else { 2 };
+        let (end, parts) = (case.rows_of_end().start, case.rows_of_end().len());
         let mut left = DVector::zeros(together.len());
-        let end = left.len() - parts;
         let square = |off: &DVector<f64>| off[end].powi(2) + off[end + 1].powi(2);
         let mut mean_squares = [0.0; 2];
         for run in cluster.active(&study.counts) {

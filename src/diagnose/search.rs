@@ -211,6 +211,14 @@ impl Ranking {
         self.look_at_fewer(problem);
     }
 
+    /// Takes the best, which stays the best, to where it was simulated.
+    pub fn move_best(&mut self, problem: &Problem<'_>, at: Vec<(Axis, f64)>) {
+        let best = &mut self.hypotheses[0];
+        let fit = problem.evidence(&axes_of(problem.variants, &best.set), at.clone());
+        let log_posterior = fit.log_evidence + log_prior(problem.variants, &best.set);
+        *best = Hypothesis { fit: Fit { at, ..fit }, log_posterior, ..best.clone() };
+    }
+
     /// Adds what is new or better.
     fn add(&mut self, all: Vec<Hypothesis>) {
         for found in all {

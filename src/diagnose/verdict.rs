@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 /// ln of the odds at which one answer is no longer a real alternative to another.
 pub(super) const REAL: f64 = 3.912_023_005_428_146; // ln 50
 /// ln of the odds over a simpler answer that an answer needs to be given.
-const CONVINCING: f64 = 1.5;
+pub(super) const CONVINCING: f64 = 1.5;
 /// Variance of the runs' means, over what their noise makes of it, from which on the answer that leaves it is none.
 const MUCH: f64 = 2.0;
 /// … and the chance below which that is no noise.
@@ -116,7 +116,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         causes: causes(variants, &answered),
         empirical: terms(variants, &answered),
         other_tyres: None,
-        doubt: doubt(study, best),
+        doubt: doubt(study, if answered.is_empty() { ranking.nothing() } else { best }),
         residues,
         remainder,
         next_experiment: None,
@@ -232,7 +232,7 @@ pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
         of_means += runs.min(1) * readings;
     }
     let freedom = of_means as f64;
-    let left = best.fit.left - best.fit.strays;
+    let left = (best.fit.left - best.fit.strays) * study.discrepancy;
     // The noise is known as well as repeated runs tell it, which for end points is not well.
     let of_repeats = (all - of_means) as f64;
     let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left / freedom));

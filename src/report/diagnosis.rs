@@ -98,7 +98,7 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
             let causes: Vec<String> =
                 diagnosis.causes.iter().map(|cause| chosen(cause.effect.id, &cause.choice)).collect();
             let nearest = match (causes.as_slice(), terms.as_slice()) {
-                ([], []) => "nothing comes near".to_owned(),
+                ([], []) => "nothing comes near, and the extended model is the model as given".to_owned(),
                 ([], terms) => format!("an empirical formula does what can be done: {}", terms.join(", ")),
                 ([one], []) => format!("{one} comes nearest, and the extended model holds it"),
                 (causes, []) => format!("{} come nearest, and the extended model holds them", joined(causes, "and")),

@@ -145,6 +145,9 @@ fn causes_beside_a_formula_do_together_what_they_were_fitted_to_do() {
     assert_eq!(found.residues.len(), found.misfit.conditions.len());
     let [given, written] = [given.sum::<f64>(), written.sum::<f64>()].map(f64::sqrt);
     assert!(written < 0.5 * given, "{written} of {given} m");
+    // What they all leave makes no list of causes.
+    let causes: usize = found.causes.len() + found.empirical.len();
+    assert!(causes <= 6, "{:?} {:?}", found.causes, found.empirical);
     // And so the answer says: as fitted it leaves what is drawn, and what was written is hardly another.
     let remainder = found.remainder.expect("squares");
     let off = |run: &RunReadings| {

@@ -1,6 +1,6 @@
 //! What of the stand-in is simulated: responses where an answer is, and what causes do together.
 
-use super::response::{Interplay, Node, Response, share_of};
+use super::response::{Interplay, Node, Response, Responses, Whole, share_of};
 use super::{Bench, Surrogate};
 use crate::diagnose::case::{Case, Cluster};
 use crate::diagnose::forward::ForwardError;
@@ -25,6 +25,11 @@ pub(super) fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
 const NEAR_BY: f64 = 0.15;
 /// The same of a cause on tyres that are in doubt: how much of it hangs on them changes little with its size.
 const NEAR_BY_ON_TYRES: f64 = 0.5;
+/// Parts of an answer up to which what each two of them do together is simulated. Of more there are too many, and what all do
+/// at once has to do.
+const IN_PAIRS: usize = 6;
+/// Parts of an answer from which on it is more than pairs.
+const MORE_THAN_PAIRS: usize = 3;
 /// Nodes that were simulated on other ways make room for a new one that is nearer than this \[σ\].
 const CLOSE: f64 = 0.5;
 /// Share that what was taken to happen far from what was simulated may be off by before it is simulated halfway there as well.
@@ -71,6 +76,15 @@ fn at_work(variants: &[Variant], at: &Coordinates) -> BTreeMap<usize, Vec<(Axis,
     causes
 }
 
+/// Whether an answer was simulated at once near where its causes are.
+fn is_near(variants: &[Variant], whole: &Whole, causes: &BTreeMap<usize, Vec<(Axis, f64)>>) -> bool {
+    let is_near = |(axis, value): &(Axis, f64)| {
+        let near = SAME * variants[axis.variant].coordinates[axis.coordinate].std_dev;
+        (whole.at[&axis.variant][axis.coordinate] - value).abs() < near
+    };
+    whole.at.keys().eq(causes.keys()) && causes.values().flatten().all(is_near)
+}
+
 impl Surrogate {
     /// Simulates one more spot, at its prior's mean and at what it, or a spot beside it, is best at.
     pub fn add_spot(&mut self, bench: Bench<'_>, axis: Axis, at: f64) -> Result<(), ForwardError> {
@@ -89,6 +103,7 @@ impl Surrogate {
         for (cluster, simulated) in simulated {
             self.responses[cluster].of_axis.insert(axis, Response::of(variant, simulated));
         }
+        self.apportion(bench);
         Ok(())
     }
 
@@ -126,6 +141,7 @@ impl Surrogate {
             simulated.extend(added);
             response.simulated_at(simulated);
         }
+        self.apportion(bench);
         Ok(())
     }
 
@@ -156,9 +172,32 @@ impl Surrogate {
         clusters.par_iter().map(one).collect()
     }
 
-    /// Simulates what pairs of causes and terms of one answer do together, where that is not known nearby; whether anything was.
+    /// Simulates what causes and terms of one answer do together, each two of them and all at once, where that is not known
+    /// nearby; whether anything was.
     pub fn couple(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
+        let in_pairs = self.couple_pairs(bench, at)?;
+        Ok(self.couple_all(bench, at)? || in_pairs)
+    }
+
+    /// Whether what all that is in an answer does at once is known nearby.
+    pub fn knows_all(&self, variants: &[Variant], at: &Coordinates) -> bool {
+        let causes = at_work(variants, at);
+        let is_known = |responses: &Responses| responses.of_all.iter().any(|whole| is_near(variants, whole, &causes));
+        causes.len() < MORE_THAN_PAIRS || self.responses.iter().all(is_known)
+    }
+
+    /// Whether that is known anywhere.
+    pub fn knows_of_all(&self, variants: &[Variant], at: &Coordinates) -> bool {
+        let causes = at_work(variants, at);
+        let is_of_it = |whole: &Whole| whole.at.keys().eq(causes.keys());
+        causes.len() < MORE_THAN_PAIRS || self.responses.iter().all(|it| it.of_all.iter().any(is_of_it))
+    }
+
+    fn couple_pairs(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
         let causes = at_work(bench.variants, at);
+        if causes.len() > IN_PAIRS {
+            return Ok(false);
+        }
         let mut wanted: Vec<(usize, [usize; 2])> = Vec::new();
         for (index, responses) in self.responses.iter().enumerate() {
             let concerned: Vec<usize> = causes
@@ -181,7 +220,36 @@ impl Surrogate {
             Ok((cluster, pair, Interplay { at, change: self.beyond_each(bench, cluster, &both)? }))
         };
         let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
-        Ok(self.keep_together(simulated))
+        Ok(self.keep_together(bench, simulated))
+    }
+
+    fn couple_all(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
+        if self.knows_all(bench.variants, at) {
+            return Ok(false);
+        }
+        let causes = at_work(bench.variants, at);
+        let all: Vec<(Axis, f64)> = causes.values().flatten().copied().collect();
+        let simulated: Vec<Vec<Step>> = bench
+            .clusters
+            .par_iter()
+            .map(|cluster| self.simulated_change(bench, cluster, &all))
+            .collect::<Result<_, ForwardError>>()?;
+        let values = |at: &Vec<(Axis, f64)>| at.iter().map(|(_, value)| *value).collect();
+        let at: BTreeMap<usize, Vec<f64>> = causes.iter().map(|(variant, at)| (*variant, values(at))).collect();
+        for (responses, simulated) in self.responses.iter_mut().zip(simulated) {
+            responses.of_all.retain(|whole| !whole.at.keys().eq(at.keys()));
+            responses.of_all.push(Whole { at: at.clone(), simulated, beyond: Vec::new() });
+        }
+        self.apportion(bench);
+        Ok(true)
+    }
+
+    /// Takes what answers do beyond their parts anew, where more is known of those.
+    fn apportion(&mut self, bench: Bench<'_>) {
+        let Surrogate { responses, ways, .. } = self;
+        for (responses, cluster) in responses.iter_mut().zip(bench.clusters) {
+            responses.apportion(&ways[cluster.reference], bench.variants);
+        }
     }
 
     /// Simulates what causes of an answer do where tyres are 1 σ off in what is in doubt of them, where that is not known
@@ -224,15 +292,16 @@ impl Surrogate {
             Ok((cluster, [cause, tyres.variant], Interplay { at, change }))
         };
         let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
-        Ok(self.keep_together(simulated))
+        Ok(self.keep_together(bench, simulated))
     }
 
     /// Keeps what pairs do together in clusters; whether there is any.
-    fn keep_together(&mut self, simulated: Vec<(usize, [usize; 2], Interplay)>) -> bool {
+    fn keep_together(&mut self, bench: Bench<'_>, simulated: Vec<(usize, [usize; 2], Interplay)>) -> bool {
         let any = !simulated.is_empty();
         for (cluster, pair, interplay) in simulated {
             self.responses[cluster].of_pair.insert(pair, interplay);
         }
+        self.apportion(bench);
         any
     }
 

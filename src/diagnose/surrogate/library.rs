@@ -5,7 +5,6 @@ use super::response::Responses;
 use crate::diagnose::case::{Case, Cluster, Condition};
 use crate::diagnose::variant::Variant;
 use crate::diagnose::way::{Step, Way, each};
-use std::collections::BTreeMap;
 
 /// Responses of a robot in conditions that were simulated before: what causes do to one run they do to the next of its
 /// kind, place by place along the way.
@@ -90,6 +89,6 @@ impl Entry {
                 .collect()
         };
         let of_axis = self.responses.of_axis.iter().map(|(axis, response)| (*axis, response.carried_over(carry)));
-        Responses { of_axis: of_axis.collect(), of_pair: BTreeMap::new() }
+        Responses { of_axis: of_axis.collect(), ..Responses::default() }
     }
 }

@@ -1,7 +1,7 @@
 //! What a cause changes along a way over its coordinates: a curve or lines through what was simulated.
 
 use crate::diagnose::variant::{Axis, Coordinates, RELATIVE, Variant};
-use crate::diagnose::way::{ARM, Step, Way, add_times};
+use crate::diagnose::way::{ARM, Step, Way, add_times, subtract};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -12,6 +12,8 @@ pub(super) struct Responses {
     pub of_axis: BTreeMap<Axis, Response>,
     /// By variants: of causes the lesser first, of a cause and what is in doubt of tyres the cause.
     pub of_pair: BTreeMap<[usize; 2], Interplay>,
+    /// Of answers that were simulated at once.
+    pub of_all: Vec<Whole>,
 }
 
 /// What two variants do together beyond what each does alone.
@@ -20,6 +22,16 @@ pub(super) struct Interplay {
     /// Coordinates of both where it was simulated.
     pub at: [Vec<f64>; 2],
     pub change: Vec<Step>,
+}
+
+/// What all that is in an answer does together beyond what each and each two of it do.
+#[derive(Debug, Clone)]
+pub(super) struct Whole {
+    /// Coordinates of each variant where it was simulated.
+    pub at: BTreeMap<usize, Vec<f64>>,
+    /// What it changes in all.
+    pub simulated: Vec<Step>,
+    pub beyond: Vec<Step>,
 }
 
 /// How much of what `variant` is at `reference` it is at `at`: along that direction.
@@ -34,6 +46,22 @@ impl Interplay {
     pub fn share(&self, [one, other]: [usize; 2], at: &Coordinates) -> f64 {
         let of_one = share_of(at, one, &self.at[0]);
         if of_one == 0.0 { 0.0 } else { of_one * share_of(at, other, &self.at[1]) }
+    }
+}
+
+impl Whole {
+    /// How much of it there is at `at`: all of it where each part is half as large at least as it was simulated.
+    fn share(&self, at: &Coordinates) -> f64 {
+        let of_part = |(variant, reference): (&usize, &Vec<f64>)| 2.0 * share_of(at, *variant, reference);
+        self.at.iter().map(of_part).fold(1.0, f64::min).max(0.0)
+    }
+
+    fn coordinates(&self) -> Vec<(Axis, f64)> {
+        let along = |(variant, values): (&usize, &Vec<f64>)| -> Vec<(Axis, f64)> {
+            let axis = |coordinate| Axis { variant: *variant, coordinate };
+            values.iter().enumerate().map(|(coordinate, value)| (axis(coordinate), *value)).collect()
+        };
+        self.at.iter().flat_map(along).collect()
     }
 }
 
@@ -182,6 +210,14 @@ impl Responses {
 
     /// Adds the changes under a hypothesis to the steps of `way` as they were simulated.
     fn add_exact(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
+        self.add_parts(at, way, variants, steps);
+        if let Some((whole, share)) = self.most_of(at) {
+            add_times(share, &whole.beyond, steps);
+        }
+    }
+
+    /// The same of each cause and each two of them.
+    fn add_parts(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
         for (axis, value) in at {
             if let Some(response) = self.of_axis.get(axis) {
                 response.add(way.along(axis, *value, variants), 1.0, steps);
@@ -190,6 +226,28 @@ impl Responses {
         for (pair, interplay) in &self.of_pair {
             add_times(interplay.share(*pair, at), &interplay.change, steps);
         }
+    }
+
+    /// Of the answers that are part of a hypothesis and were simulated at once the one of which there is most, part by part, and
+    /// how much of it there is.
+    fn most_of(&self, at: &Coordinates) -> Option<(&Whole, f64)> {
+        let part = |whole| Some((whole, Whole::share(whole, at))).filter(|(_, share)| *share > 0.0);
+        self.of_all.iter().filter_map(part).max_by(|a, b| {
+            let parts = |(whole, share): &(&Whole, f64)| share * whole.at.len() as f64;
+            parts(a).total_cmp(&parts(b))
+        })
+    }
+
+    /// Takes what answers do beyond their parts anew, where more is known of those.
+    pub fn apportion(&mut self, way: &Way, variants: &[Variant]) {
+        let mut all = std::mem::take(&mut self.of_all);
+        for whole in &mut all {
+            let mut parts = vec![[0.0; 3]; whole.simulated.len()];
+            self.add_parts(&whole.coordinates(), way, variants, &mut parts);
+            whole.beyond.clone_from(&whole.simulated);
+            subtract(&mut whole.beyond, &parts);
+        }
+        self.of_all = all;
     }
 
     /// Adds what `to` changes beyond `from` of the same axes and more; whether that is anything.
@@ -217,6 +275,12 @@ impl Responses {
             add_times(beyond, &interplay.change, steps);
             is_something |= beyond != 0.0;
         }
+        for (at, times) in [(to, 1.0), (from, -1.0)] {
+            if let Some((whole, share)) = self.most_of(at) {
+                add_times(times * share, &whole.beyond, steps);
+                is_something = true;
+            }
+        }
         is_something
     }
 }
@@ -236,6 +300,8 @@ pub(super) fn errors_of_response(at: &Coordinates, variants: &[Variant]) -> [f64
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Pose2;
+    use crate::scene::{Feature, TwistPart};
 
     /// A response of one step through `change` at `nodes`.
     fn through(change: impl Fn(f64) -> f64, nodes: &[f64]) -> Response {
@@ -283,5 +349,43 @@ mod tests {
         for x in [-2.0, -0.5, 3.5, 5.0] {
             assert!((at(&response, x) - kinked(x)).abs() < 1e-12, "at {x}");
         }
+    }
+
+    /// Causes whose changes multiply: what was simulated at once comes out where it was simulated and near it, also where more
+    /// is known of one of them since, and not where one of them is hardly there; what is less of it then does.
+    #[test]
+    fn what_was_simulated_at_once_comes_out_where_it_was() {
+        let step = |x: f64| vec![[x, 0.0, 0.0]];
+        let axis = |variant| Axis { variant, coordinate: 0 };
+        let variants: Vec<Variant> =
+            (0..3).map(|_| Variant::empirical(TwistPart::Forward, Feature::Speed, 1.0)).collect();
+        let way = Way { start: Pose2::IDENTITY, steps: step(0.0), began: 0.0, lasts: 1.0, hours: 0.0 };
+        let mut responses = Responses::default();
+        for variant in 0..3 {
+            responses.of_axis.insert(axis(variant), Response::smooth(vec![(1.0, step(1.0))]));
+        }
+        let simulated = |responses: &mut Responses, values: &[f64], x: f64| {
+            let at = values.iter().enumerate().map(|(variant, value)| (variant, vec![*value])).collect();
+            responses.of_all.push(Whole { at, simulated: step(x), beyond: Vec::new() });
+            responses.apportion(&way, &variants);
+        };
+        simulated(&mut responses, &[2.0, 3.0, 5.0], 7.0);
+        let changed = |responses: &Responses, values: [f64; 3]| {
+            let at: Vec<(Axis, f64)> = (0..3).map(|variant| (axis(variant), values[variant])).collect();
+            let mut steps = step(0.0);
+            responses.add_exact(&at, &way, &variants, &mut steps);
+            steps[0][0]
+        };
+        assert_eq!(changed(&responses, [2.0, 3.0, 5.0]), 7.0);
+        assert_eq!(changed(&responses, [2.1, 3.0, 5.0]), 7.1);
+        assert_eq!(changed(&responses, [2.0, 0.0, 5.0]), 7.0);
+        assert_eq!(changed(&responses, [2.0, 0.75, 5.0]), 7.75 - 1.5);
+        simulated(&mut responses, &[2.0, 3.0], 6.0);
+        assert_eq!(changed(&responses, [2.0, 3.0, 5.0]), 7.0);
+        assert_eq!(changed(&responses, [2.0, 3.0, 0.01]), 6.01);
+        responses.of_axis.insert(axis(0), Response::smooth(vec![(1.0, step(1.5))]));
+        responses.apportion(&way, &variants);
+        assert_eq!(changed(&responses, [2.0, 3.0, 5.0]), 7.0);
+        assert_eq!(changed(&responses, [2.0, 3.0, 0.0]), 6.0);
     }
 }
