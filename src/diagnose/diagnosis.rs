@@ -125,7 +125,7 @@ pub struct Clock {
 pub struct Transient {
     /// Size under which the data are likeliest, relative to each part of a way: `[doubt] transient`.
     pub share: f64,
-    /// ln of how much likelier they are than under the model's own doubt.
+    /// ln of how much likelier they are than under errors of no such kind, as large as what is left.
     pub log_odds: f64,
 }
 

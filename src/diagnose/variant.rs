@@ -371,7 +371,7 @@ impl Variant {
     /// A name for tables: the effect, and the choice.
     pub fn label(&self) -> String {
         if let Role::Term(term) = self.role {
-            return format!("{} ∝ {}", term.part.symbol(), term.feature.symbol());
+            return format!("{} ~ {}", term.part.symbol(), term.feature.symbol());
         }
         if let Some([x, y]) = self.place() {
             return format!("{} ({x:.2}, {y:.2})", self.effect.id);

@@ -239,15 +239,15 @@ pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
     left > MUCH * freedom && chance < HARDLY
 }
 
-/// Errors that are made good by a run's end, under which what an answer leaves is likeliest; `None` where they say little.
+/// Errors that are made good by a run's end, under which what an answer leaves is likeliest; `None` where they say little that
+/// errors of no such kind do not.
 fn transient(study: &Study<'_>, best: &Hypothesis) -> Option<Transient> {
     let stated = study.model.scene().robot.doubt;
-    let likelihood = |transient: f64| {
-        let doubt = Doubt { transient, ..stated };
-        study.problem_of(&study.noise, doubt, study.counts.clone()).log_likelihood(&best.fit.at)
-    };
-    let own = likelihood(stated.transient);
-    let of = |share: f64| Transient { share, log_odds: likelihood(share) - own };
+    let under = |transient: f64| study.problem_of(&study.noise, Doubt { transient, ..stated }, study.counts.clone());
+    let own = under(stated.transient);
+    let left = own.left_of_means(&best.fit.at).max(1.0);
+    let of_no_kind = own.with_discrepancy(left).log_likelihood(&best.fit.at);
+    let of = |share: f64| Transient { share, log_odds: under(share).log_likelihood(&best.fit.at) - of_no_kind };
     let all = SHARES.into_iter().filter(|&share| share > stated.transient).map(of);
     all.max_by(|a, b| a.log_odds.total_cmp(&b.log_odds)).filter(|best| best.log_odds > REAL)
 }
