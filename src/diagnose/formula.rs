@@ -17,14 +17,14 @@ const BLURRED: f64 = 2.0;
 const TOGETHER: usize = 8;
 /// Formulas that are tried, where what the first ones promised was not kept.
 const FORMULAS: usize = 4;
-/// Times that what every answer leaves is taken anew from what is left.
+/// Times that the dispersion of the runs' means is taken anew from what the best answer leaves.
 const ANNEALINGS: usize = 3;
 /// Share of what was left before, from which on what is left is as much.
 const STEADY: f64 = 0.8;
 
 impl Study<'_> {
-    /// The ranking as it is, or, where that leaves much, one of what stands out of an error of the motion that is as large as
-    /// what is left makes it, be it causes or a formula.
+    /// The ranking as it is, or, where that leaves much, one of what stands out of a dispersion of the runs' means as large as
+    /// what is left, be it causes or a formula.
     pub(super) fn explained(&mut self, known: Ranking) -> Ranking {
         if !verdict::leaves_much(self, known.best()) {
             return self.with_formula(known);

@@ -119,7 +119,7 @@ impl Memory {
 /// distance \[m\].
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Remainder {
-    /// By the answer as it was fitted, in which single causes and pairs of them add up.
+    /// By the answer as it was fitted, in which causes, pairs of them and what was simulated of all of them add up.
     pub fitted: f64,
     /// By the extended model, in which all of it is simulated at once.
     pub simulated: f64,
@@ -167,7 +167,8 @@ pub(super) fn residues(
         let path = compose(way.start, &extended_way.steps);
         let together = flatten(case, &study.surrogate.readings(case, way, &path, &survey))
             - problem.predict(index, cluster.reference, at);
-        let (end, parts) = (case.rows_of_end().start, case.rows_of_end().len());
+        let rows = case.rows_of_end();
+        let (end, parts) = (rows.start, rows.len());
         let mut left = DVector::zeros(together.len());
         let square = |off: &DVector<f64>| off[end].powi(2) + off[end + 1].powi(2);
         let mut mean_squares = [0.0; 2];

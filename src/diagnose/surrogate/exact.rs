@@ -301,7 +301,9 @@ impl Surrogate {
         for (cluster, pair, interplay) in simulated {
             self.responses[cluster].of_pair.insert(pair, interplay);
         }
-        self.apportion(bench);
+        if any {
+            self.apportion(bench);
+        }
         any
     }
 
