@@ -5,8 +5,8 @@ use super::doubt;
 use super::linear::Fit;
 use super::search::Ranking;
 use super::variant::Axis;
-use super::verdict::convincing;
-use super::{DiagnoseError, ForwardModel, Study, tyres};
+use super::verdict::{self, convincing};
+use super::{DiagnoseError, ForwardModel, Study, misfit, tyres};
 use crate::dataset::Protocol;
 use crate::scene::Doubt;
 use nalgebra::DVector;
@@ -124,7 +124,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         let own = answer(study);
         let theirs = other.as_mut().map(|other| answer(other));
         let (answering, answer): (&Study<'_>, _) = match (&other, theirs) {
-            (Some(other), Some(theirs)) if tyres::log_odds(own.weight, theirs.weight) > 0.0 => (other, theirs),
+            (Some(other), Some(theirs)) if tyres::log_odds(&own, &theirs) > 0.0 => (other, theirs),
             _ => (study, own),
         };
         let Answer { at, fit, .. } = answer;
@@ -193,14 +193,25 @@ pub(super) struct Answer {
     /// With what it takes for unknown besides.
     fit: Fit,
     /// ln of its evidence and prior, in terms that studies of the same runs share.
-    weight: f64,
+    pub weight: f64,
+    /// RMS distance of the runs' ends from what the written answer foretells \[m\].
+    pub ends_off: f64,
+    /// Whether it leaves more than noise makes.
+    pub leaves_much: bool,
 }
 
 impl Study<'_> {
     /// What a ranking says.
     pub(super) fn answer_of(&self, ranking: &Ranking) -> Answer {
         let stands = convincing(ranking, &self.variants);
-        Answer { at: self.answered(stands), fit: stands.fit.clone(), weight: self.weight(ranking.best()) }
+        let at = self.answered(stands);
+        Answer {
+            ends_off: misfit::left_of_ends(self, &at),
+            leaves_much: verdict::leaves_much(self, stands),
+            at,
+            fit: stands.fit.clone(),
+            weight: self.weight(ranking.best()),
+        }
     }
 }
 

@@ -511,15 +511,28 @@ impl<'m> Study<'m> {
             // What cannot be driven where it is best is no answer.
             Some((other.refined(first).ok()?, other, is_sure))
         });
-        if !matches!(other, Some((.., true))) {
+        let is_sure = matches!(other, Some((.., true)));
+        if !is_sure {
             own = self.refined(own)?;
         }
-        self.answer = Some(self.answer_of(&own));
-        let Some((theirs, mut other, _)) = other else { return self.judge(self, &own) };
-        other.answer = Some(other.answer_of(&theirs));
-        let log_odds = tyres::log_odds(self.weight(own.best()), other.weight(theirs.best()));
-        let diagnosis =
-            if log_odds > 0.0 { tyres::judge(self, &other, &theirs, log_odds) } else { self.judge(self, &own) };
+        let mut answer = self.answer_of(&own);
+        let Some((theirs, mut other, _)) = other else {
+            self.answer = Some(answer);
+            return self.judge(self, &own);
+        };
+        let of_other = other.answer_of(&theirs);
+        let log_odds = tyres::log_odds(&answer, &of_other);
+        let diagnosis = if log_odds > 0.0 {
+            tyres::judge(self, &other, &theirs, log_odds)
+        } else {
+            if is_sure {
+                // What is not worth a closer look beside an answer that stands is worth one where that does not.
+                own = self.refined(own)?;
+                answer = self.answer_of(&own);
+            }
+            self.judge(self, &own)
+        };
+        (self.answer, other.answer) = (Some(answer), Some(of_other));
         self.on_other_tyres = Some(other);
         diagnosis
     }

@@ -7,6 +7,7 @@
 //! goes by a name of the catalogue then is the class `effective_track`.
 
 use super::blind::SHOWN;
+use super::gain::Answer;
 use super::search::{Hypothesis, Ranking, axes_of};
 use super::surrogate::Candidates;
 use super::variant::{Axis, Variant};
@@ -62,13 +63,13 @@ impl<'m> Study<'m> {
         candidates.extend(track(&there));
         let first = there.search(&candidates, &[]);
         let theirs = there.weight(first.best());
-        let mut odds = log_odds(self.weight(best), theirs);
+        let mut odds = odds_by(self.weight(best), theirs);
         if odds < -SLACK {
             return None;
         }
         // What no known cause takes away here may be none of the tyres' either.
         if let Some(formula) = self.formula(own) {
-            odds = log_odds(self.weight(&formula), theirs);
+            odds = odds_by(self.weight(&formula), theirs);
             if odds < -SLACK && !verdict::leaves_much(self, &formula) {
                 return None;
             }
@@ -102,8 +103,15 @@ impl<'m> Study<'m> {
     }
 }
 
-/// ln of the odds of another law over the model's own, each by the weight of its best answer.
-pub(super) fn log_odds(own: f64, theirs: f64) -> f64 {
+/// ln of the odds of another law over the model's own, each by its answer. One that leaves much and ends farther off than the
+/// own is none, however likely: under a law that is far from these runs causes have to be large, and then what they are allowed
+/// to err by takes away any misfit, and stands in no model.
+pub(super) fn log_odds(own: &Answer, theirs: &Answer) -> f64 {
+    let is_model = !theirs.leaves_much || theirs.ends_off <= own.ends_off;
+    if is_model { odds_by(own.weight, theirs.weight) } else { f64::NEG_INFINITY }
+}
+
+fn odds_by(own: f64, theirs: f64) -> f64 {
     ANOTHER.ln() + theirs - own
 }
 
