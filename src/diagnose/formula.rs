@@ -15,6 +15,8 @@ const LARGEST_TERM: f64 = 10.0;
 const BLURRED: f64 = 2.0;
 /// Times that causes beside a formula are simulated where they are best, with it.
 const TOGETHER: usize = 8;
+/// Such times in a row after which answers that keep no more are looked for no longer.
+const IN_VAIN: usize = 2;
 /// Formulas that are tried, where what the first ones promised was not kept.
 const FORMULAS: usize = 4;
 /// Times that the dispersion of the runs' means is taken anew from what the best answer leaves.
@@ -90,19 +92,21 @@ impl Study<'_> {
         formula.extend(search::doubted(&self.variants));
         // The formula alone stays what answers are measured by.
         let _ = self.couple(&formula);
-        let mut ranking = self.beside(&formula);
-        let mut simulated: Vec<Hypothesis> = Vec::new();
+        let (allowed, most) = (self.known_variants(), self.options.most_causes);
+        let mut ranking = Ranking::search_on(&self.problem(self.counts.clone()), &formula, &allowed, most);
+        let (mut kept, mut in_vain) = (f64::NEG_INFINITY, 0);
         for _ in 0..TOGETHER {
-            if !matches!(self.refine(&ranking), Ok(true)) {
+            if in_vain == IN_VAIN || !matches!(self.refine(&ranking), Ok(true)) {
                 break;
             }
-            let before = ranking;
-            simulated.push(before.best().clone());
-            ranking = self.beside(&formula);
-            ranking.look_again(&self.problem(self.counts.clone()), &simulated);
+            let before = ranking.clone();
+            ranking.look_on(&self.problem(self.counts.clone()), &allowed, most);
             if self.is_exact(ranking.best()) && refine::is_settled(&before, &ranking) {
                 break;
             }
+            let keeps = ranking.of(&before.best().set).map_or(f64::NEG_INFINITY, |h| h.log_posterior);
+            in_vain = if keeps > kept + verdict::REAL { 0 } else { in_vain + 1 };
+            kept = kept.max(keeps);
         }
         let is_simulated = |h: &Hypothesis| self.surrogate.knows_of_all(&self.variants, &h.fit.at);
         if let Some(first) = ranking.hypotheses.iter().position(is_simulated) {
@@ -110,12 +114,6 @@ impl Study<'_> {
         }
         self.keep_promises(&mut ranking);
         ranking
-    }
-
-    /// Causes by evidence beside the terms of a formula.
-    fn beside(&self, formula: &[(Axis, f64)]) -> Ranking {
-        let problem = self.problem(self.counts.clone());
-        Ranking::search_on(&problem, formula, &self.known_variants(), self.options.most_causes)
     }
 
     /// The terms of a formula, without the causes beside it.

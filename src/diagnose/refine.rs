@@ -117,6 +117,15 @@ impl Study<'_> {
         Ok(self.couple(&ranking.best().fit.at)? || refined)
     }
 
+    /// Simulates all that is in an answer at once, or, where pairs are all that there is to it, those; whether anything was.
+    fn as_a_whole(&mut self, answer: &[(Axis, f64)]) -> Result<bool, DiagnoseError> {
+        if !self.surrogate.is_more_than_pairs(&self.variants, answer) {
+            return self.couple(answer);
+        }
+        let (surrogate, bench) = self.bench();
+        Ok(surrogate.couple_all(bench, answer)?)
+    }
+
     /// Simulates the causes of an answer together; where the robot cannot be driven so, with the farthest of them as near as it
     /// has to be, which is as far as its axis goes from then on. Whether anything was simulated.
     pub(super) fn couple(&mut self, answer: &[(Axis, f64)]) -> Result<bool, DiagnoseError> {
@@ -204,7 +213,7 @@ impl Study<'_> {
         let mut at = ranking.best().fit.at.clone();
         let mut least: Option<(f64, Vec<(Axis, f64)>)> = None;
         for _ in 0..AS_A_WHOLE {
-            if !self.couple(&at).unwrap_or(false) {
+            if !self.as_a_whole(&at).unwrap_or(false) {
                 break;
             }
             let problem = self.problem(self.counts.clone());
@@ -216,13 +225,18 @@ impl Study<'_> {
                     }
                 }
                 _ => {
+                    let gained = least.as_ref().map_or(f64::INFINITY, |(before, _)| before - cost);
                     least = Some((cost, at.clone()));
+                    // A cost is −2 ln of what it takes from the evidence.
+                    if gained < 2.0 * WORTH_A_ROUND {
+                        break;
+                    }
                     at = problem.fit(&axes, &at).at;
                 }
             }
         }
         if let Some((_, best)) = least {
-            let _ = self.couple(&best);
+            let _ = self.as_a_whole(&best);
             ranking.move_best(&self.problem(self.counts.clone()), best);
         }
     }

@@ -211,6 +211,12 @@ impl Ranking {
         self.look_at_fewer(problem);
     }
 
+    /// Goes on where more was simulated of what leads, from where that was best.
+    pub fn look_on(&mut self, problem: &Problem<'_>, allowed: &[usize], most: usize) {
+        self.look_anew(problem);
+        self.look_beside(problem, allowed, most);
+    }
+
     /// Takes the best, which stays the best, to where it was simulated.
     pub fn move_best(&mut self, problem: &Problem<'_>, at: Vec<(Axis, f64)>) {
         let best = &mut self.hypotheses[0];
@@ -229,6 +235,11 @@ impl Ranking {
             }
         }
         self.sort();
+    }
+
+    /// That of a set, if it was looked at.
+    pub fn of(&self, set: &Set) -> Option<&Hypothesis> {
+        self.hypotheses.iter().find(|h| h.set == *set)
     }
 
     /// Best first.

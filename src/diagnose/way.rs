@@ -144,14 +144,13 @@ impl Way {
 /// while the robot speeds up or slows down steadily.
 pub(super) fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
     let direction = path[k].heading.sin_cos();
-    let along = |k: usize, (sin, cos): (f64, f64)| {
-        let (from, to) = (path[k], path[k + 1]);
+    let step = |of: usize| {
+        let (from, to) = (path[of], path[of + 1]);
+        let (sin, cos) = turned(direction, from.heading - path[k].heading);
         let (dx, dy) = (to.x - from.x, to.y - from.y);
         [cos * dx + sin * dy, cos * dy - sin * dx, to.heading - from.heading]
     };
-    let step = |k: usize| along(k, path[k].heading.sin_cos());
-    let (here, before) = (along(k, direction), step(k.saturating_sub(1)));
-    let after = step((k + 1).min(path.len() - 2));
+    let [before, here, after] = [k.saturating_sub(1), k, (k + 1).min(path.len() - 2)].map(step);
     let (p, p2, p3) = (part, part * part, part * part * part);
     let [x, y, turn] = each(|c| {
         let (first, last) = (0.5 * (before[c] + here[c]), 0.5 * (here[c] + after[c]));
@@ -170,17 +169,22 @@ pub(super) fn compose(start: Pose2, steps: &[Step]) -> Vec<Pose2> {
     for &[dx, dy, turn] in steps {
         pose = Pose2::new(pose.x + cos * dx - sin * dy, pose.y + sin * dx + cos * dy, pose.heading + turn);
         path.push(pose);
-        // A step turns little: the direction is turned on, by series that are exact to 1e-12 below 0.15 rad.
-        (sin, cos) = if turn.abs() < 0.15 {
-            let t2 = turn * turn;
-            let s = turn * (1.0 - t2 / 6.0 * (1.0 - t2 / 20.0 * (1.0 - t2 / 42.0)));
-            let c = 1.0 - t2 / 2.0 * (1.0 - t2 / 12.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0)));
-            (sin * c + cos * s, cos * c - sin * s)
-        } else {
-            pose.heading.sin_cos()
-        };
+        (sin, cos) = turned((sin, cos), turn);
     }
     path
+}
+
+/// A direction's sine and cosine turned on by a step's turn, which is little: by series that are exact to 1e-12 below 0.15 rad.
+fn turned((sin, cos): (f64, f64), turn: f64) -> (f64, f64) {
+    let (s, c) = if turn.abs() < 0.15 {
+        let t2 = turn * turn;
+        let s = turn * (1.0 - t2 / 6.0 * (1.0 - t2 / 20.0 * (1.0 - t2 / 42.0)));
+        let c = 1.0 - t2 / 2.0 * (1.0 - t2 / 12.0 * (1.0 - t2 / 30.0 * (1.0 - t2 / 56.0)));
+        (s, c)
+    } else {
+        turn.sin_cos()
+    };
+    (sin * c + cos * s, cos * c - sin * s)
 }
 
 /// How long a trace lasts \[s\].

@@ -179,6 +179,11 @@ impl Surrogate {
         Ok(self.couple_all(bench, at)? || in_pairs)
     }
 
+    /// Whether there is more to an answer than what each two of its parts do together.
+    pub fn is_more_than_pairs(&self, variants: &[Variant], at: &Coordinates) -> bool {
+        at_work(variants, at).len() >= MORE_THAN_PAIRS
+    }
+
     /// Whether what all that is in an answer does at once is known nearby.
     pub fn knows_all(&self, variants: &[Variant], at: &Coordinates) -> bool {
         let causes = at_work(variants, at);
@@ -223,7 +228,8 @@ impl Surrogate {
         Ok(self.keep_together(bench, simulated))
     }
 
-    fn couple_all(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
+    /// Simulates all that is in an answer of more than pairs at once, where that is not known nearby; whether it was.
+    pub fn couple_all(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
         if self.knows_all(bench.variants, at) {
             return Ok(false);
         }

@@ -275,8 +275,15 @@ impl Responses {
             add_times(beyond, &interplay.change, steps);
             is_something |= beyond != 0.0;
         }
-        for (at, times) in [(to, 1.0), (from, -1.0)] {
-            if let Some((whole, share)) = self.most_of(at) {
+        let [before, now] = [from, to].map(|at| self.most_of(at));
+        if let (Some((one, before)), Some((other, now))) = (before, now)
+            && std::ptr::eq(one, other)
+        {
+            add_times(now - before, &one.beyond, steps);
+            return is_something || now != before;
+        }
+        for (whole, times) in [(now, 1.0), (before, -1.0)] {
+            if let Some((whole, share)) = whole {
                 add_times(times * share, &whole.beyond, steps);
                 is_something = true;
             }
