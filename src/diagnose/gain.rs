@@ -263,3 +263,26 @@ fn interval(errors: &[Errors]) -> [f64; 2] {
     gains.sort_by(f64::total_cmp);
     [gains[RESAMPLES / 40], gains[RESAMPLES - 1 - RESAMPLES / 40]]
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::DMatrix;
+
+    fn answer(weight: f64, ends_off: f64, leaves_much: bool) -> Answer {
+        let covariance = DMatrix::zeros(0, 0);
+        let fit = Fit { at: Vec::new(), covariance, log_evidence: weight, chi2: 0.0, left: 0.0, strays: 0.0 };
+        Answer { at: Vec::new(), fit, weight, ends_off, leaves_much }
+    }
+
+    /// Whatever its odds, another law that leaves much stands only where its model ends no farther off; one that leaves nothing
+    /// stands by its odds.
+    #[test]
+    fn another_law_that_leaves_much_stands_only_where_its_model_ends_no_farther_off() {
+        let own = answer(0.0, 0.07, true);
+        assert_eq!(tyres::log_odds(&own, &answer(40.0, 0.40, true)), f64::NEG_INFINITY);
+        let nearer = tyres::log_odds(&own, &answer(40.0, 0.06, true));
+        assert!(nearer > 0.0 && nearer == tyres::log_odds(&own, &answer(40.0, 0.40, false)));
+        assert!(tyres::log_odds(&own, &answer(1.0, 0.06, true)) < 0.0);
+    }
+}
