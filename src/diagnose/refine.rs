@@ -318,9 +318,8 @@ fn is_simulated(variant: &Variant) -> bool {
 /// Whether another round would hardly say anything else: the best is hardly better than the best before, and what leads is
 /// worth what it was.
 pub(super) fn is_settled(before: &Ranking, now: &Ranking) -> bool {
-    let earlier = |h: &Hypothesis| before.hypotheses.iter().find(|earlier| earlier.set == h.set);
     let is_moved =
-        |h: &Hypothesis| earlier(h).is_some_and(|it| (it.log_posterior - h.log_posterior).abs() > WORTH_A_ROUND);
+        |h: &Hypothesis| before.of(&h.set).is_some_and(|it| (it.log_posterior - h.log_posterior).abs() > WORTH_A_ROUND);
     now.best().log_posterior < before.best().log_posterior + WORTH_A_ROUND && !leading(now).any(is_moved)
 }
 

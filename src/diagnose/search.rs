@@ -180,9 +180,8 @@ impl Ranking {
             };
             let seeds: Vec<&Hypothesis> = self.hypotheses.iter().filter(is_seed).collect();
             let promises: Vec<Promise> = seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
-            let is_known = |set: &Set| self.hypotheses.iter().any(|h| h.set == *set);
             let mut wanted = best_of_each(promises, |promise| {
-                promise.log_posterior >= best.log_posterior - BESIDE && !is_known(&promise.set)
+                promise.log_posterior >= best.log_posterior - BESIDE && self.of(&promise.set).is_none()
             });
             wanted.truncate(PROMISES);
             let found = wanted.par_iter().map(|promise| Hypothesis::promised(problem, promise)).collect();
