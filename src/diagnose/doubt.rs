@@ -9,13 +9,16 @@
 //! delay are that are not quite the model's: of errors that add up, those are left whose sum over a way is none. Dense logs
 //! show such errors to a fraction of a millimetre, and causes that do not make them good would be found for them otherwise.
 
-use super::case::Case;
-use super::linear::{PARTS, flatten};
-use super::residue::Memory;
+use super::case::{Case, Cluster};
+use super::linear::flatten;
+use super::residue::{self, Memory};
+use super::response_error::PARTS;
 use super::surrogate::Surrogate;
 use super::way::{ARM, Step, Way, compose};
+use super::{ForwardModel, Study};
 use crate::scene::Survey;
 use nalgebra::{Cholesky, DMatrix, DVector, DVectorView, Dyn};
+use rayon::prelude::*;
 
 /// Shares that are tried \[–\].
 pub(super) const SHARES: [f64; 8] = [0.0, 1e-4, 2e-4, 4e-4, 8e-4, 1.6e-3, 3.2e-3, 6.4e-3];
@@ -122,19 +125,27 @@ pub(super) fn factor(columns: &DMatrix<f64>, count: f64, times: f64) -> Option<C
     Cholesky::new(DMatrix::identity(rows, rows) * times + columns * columns.transpose() * count)
 }
 
-/// ln √det of a factor's matrix.
-pub(super) fn half_log_det(factor: &Cholesky<f64, Dyn>) -> f64 {
-    factor.l_dirty().diagonal().iter().map(|d| d.ln()).sum()
-}
-
-/// Solves for a factor in place.
-pub(super) fn whiten(factor: &Cholesky<f64, Dyn>, columns: &mut DMatrix<f64>) {
-    factor.l_dirty().solve_lower_triangular_mut(columns);
-}
-
-/// The same of one vector.
-pub(super) fn whitened(factor: &Cholesky<f64, Dyn>, vector: &DVector<f64>) -> DVector<f64> {
-    let mut white = vector.clone();
-    factor.l_dirty().solve_lower_triangular_mut(&mut white);
-    white
+impl Study<'_> {
+    /// What an error of the model's own motion does to each cluster's readings.
+    pub(super) fn doubts(&self) -> &[MotionError] {
+        let at = &self.shaped_at;
+        let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
+        let of = |(index, cluster): (usize, &Cluster)| {
+            let reference = cluster.reference;
+            let survey = self.surrogate.by_clocks_of(cluster.campaign, survey, at, &self.variants);
+            let (case, given) = (&self.cases[reference], &self.surrogate.ways[reference]);
+            let way = Way { steps: self.surrogate.steps(index, reference, at, &self.variants), ..given.clone() };
+            let condition = self.conditions[cluster.condition].label();
+            let kinds = kinds(&self.surrogate, case, &way, &survey);
+            let lasting = lasting(&kinds);
+            let (columns, memory) = match residue::of_last(self.model.scene(), case, &condition) {
+                None => (lasting, None),
+                Some(residue) => {
+                    (residue::columns(self, case, &way, at, &lasting), Some(Memory::of(self, residue, case, given)))
+                }
+            };
+            MotionError { columns, transient: transient(kinds), memory }
+        };
+        self.doubts.get_or_init(|| self.clusters.par_iter().enumerate().map(of).collect())
+    }
 }

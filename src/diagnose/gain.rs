@@ -2,7 +2,7 @@
 
 use super::case::Condition;
 use super::doubt;
-use super::linear::Fit;
+use super::fit::Fit;
 use super::search::Ranking;
 use super::variant::Axis;
 use super::verdict::{self, convincing};

@@ -3,9 +3,10 @@
 //! A diagnosis sees [`Dataset`]s and a [`ForwardModel`], and nothing of a simulation (invariant 1). In order:
 //!
 //! 1. Every run is predicted by the model as given: a replay of its log, or its protocol as driven (`forward`).
-//! 2. What runs of one kind differ by is noise; its sizes are learnt from them (`noise`).
+//! 2. What runs of one kind differ by is noise; its sizes are learnt from them (`noise`, `shapes`). What the model is known to get
+//!    wrong in general is no cause either (`doubt`, `residue`).
 //! 3. What every cause of the catalogue would do to the way of each run is simulated once (`surrogate`, `spots`).
-//! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `linear`, `plausible`).
+//! 4. Sets of none, one and several causes are fitted and ranked by evidence (`search`, `fit`, `linear`, `plausible`).
 //! 5. The leading ones are simulated again where they are best, until that changes nothing (`refine`).
 //! 6. Where the best leaves much, answers have to stand out of as much, and a formula may take it away (`formula`), or the robot
 //!    is on other tyres (`tyres`).
@@ -16,6 +17,8 @@ mod blind;
 mod case;
 mod diagnosis;
 mod doubt;
+mod evidences;
+mod fit;
 mod formula;
 mod forward;
 mod gain;
@@ -26,7 +29,9 @@ mod noise;
 mod plausible;
 mod refine;
 mod residue;
+mod response_error;
 mod search;
+mod shapes;
 mod spots;
 mod surrogate;
 mod tyres;
@@ -38,6 +43,7 @@ pub use crate::scene::NoiseModel;
 pub use blind::Blind;
 pub use case::Condition;
 pub use diagnosis::{Clock, Diagnosis, Finding, Found, Ranked, Suspicion, Transient, Verdict};
+pub use evidences::PairEvidence;
 pub use forward::{ForwardError, ForwardModel};
 pub use gain::Gain;
 pub use misfit::{Misfit, MisfitCondition, RunReadings};
@@ -54,14 +60,11 @@ use forward::Base;
 use gain::Answer;
 use linear::Problem;
 use nalgebra::DVector;
-use noise::Shapes;
-use rayon::prelude::*;
-use residue::Memory;
+use shapes::Shapes;
 use std::sync::OnceLock;
 use surrogate::{Candidates, Surrogate};
 use tyres::OtherLaw;
 use variant::{TyrePart, Variant};
-use way::Way;
 
 /// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
 const PLAUSIBLE_TERM: f64 = 0.01;
@@ -83,9 +86,6 @@ const STRANGE: f64 = 2.0;
 /// good to half a per cent.
 const CARRIED: f64 = 200.0;
 
-/// Times that noise is learnt from what causes leave, and causes are looked for under that noise, where nothing repeats.
-const MOST_LEARNINGS: usize = 3;
-
 /// What to look for, and how hard.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Options {
@@ -101,7 +101,7 @@ pub struct Options {
 
 impl Default for Options {
     fn default() -> Self {
-        Options { most_causes: 8, response_error: linear::RESPONSE_ERROR, noise: None, other_tyres: true }
+        Options { most_causes: 8, response_error: response_error::RESPONSE_ERROR, noise: None, other_tyres: true }
     }
 }
 
@@ -244,7 +244,7 @@ impl<'m> Study<'m> {
         }
         variants
             .extend(TyrePart::in_doubt(scene).into_iter().map(|(part, std_dev)| Variant::tyre_error(part, std_dev)));
-        let shapes = linear::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
+        let shapes = shapes::shapes(scene, &cases, &clusters, &variants, &surrogate, &[]);
         let observed: Vec<DVector<f64>> = cases.iter().map(linear::observed).collect();
         Ok(Study {
             model,
@@ -291,50 +291,6 @@ impl<'m> Study<'m> {
         Library::of_surrogate(&self.surrogate, &self.variants, &self.cases, &self.clusters)
     }
 
-    /// Sizes of the noise from what repeated runs differ by, or from what `at` leaves where too little repeats.
-    fn learn_noise(&mut self, at: &[(variant::Axis, f64)]) {
-        let clusters: Vec<Cluster> = self
-            .clusters
-            .iter()
-            .map(|cluster| Cluster { runs: cluster.active(&self.counts).collect(), ..cluster.clone() })
-            .collect();
-        let repeats = self.repeats();
-        let spreads = {
-            let problem = self.problem(self.counts.clone());
-            let at = if repeats { &[] } else { at };
-            let mut off: Vec<DVector<f64>> = self.observed.clone();
-            for (index, cluster) in clusters.iter().enumerate() {
-                for &run in &cluster.runs {
-                    off[run] = &self.observed[run] - problem.predict(index, run, at);
-                }
-            }
-            if repeats { noise::of_repeats(&clusters, &off) } else { noise::of_residuals(&clusters, &off) }
-        };
-        let on_the_way = self.cases.iter().any(|case| case.frame_stamp.is_some());
-        let widths = if repeats { noise::KNOWN } else { noise::HARDLY_KNOWN };
-        self.noise = noise::learn(&self.prior_noise, &spreads, &self.shapes, widths, on_the_way);
-    }
-
-    /// Sizes of the noise from what these causes leave at their best, which hangs on the noise.
-    fn learn_noise_of(&mut self, mut at: Vec<(variant::Axis, f64)>) {
-        let axes: Vec<_> = at.iter().map(|(axis, _)| *axis).collect();
-        for _ in 0..MOST_LEARNINGS {
-            let before = self.noise.clone();
-            self.learn_noise(&at);
-            if self.noise == before {
-                break;
-            }
-            at = self.problem(self.counts.clone()).fit(&axes, &at).at;
-        }
-    }
-
-    /// Whether enough runs repeat one another to tell noise by.
-    fn repeats(&self) -> bool {
-        let active: Vec<usize> = self.clusters.iter().map(|cluster| cluster.active(&self.counts).count()).collect();
-        let free: usize = active.iter().map(|runs| runs.saturating_sub(1)).sum();
-        free >= 2 && 4 * free >= active.iter().sum::<usize>()
-    }
-
     /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
     /// Where `earlier` answers were best, this search looks as well.
     fn search(&mut self, allowed: &[usize], earlier: &[search::Hypothesis]) -> search::Ranking {
@@ -346,7 +302,7 @@ impl<'m> Study<'m> {
         let mut ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
         let runs = self.counts.iter().filter(|count| **count > 0.0).count();
         if learns && !self.repeats() && runs > 3 {
-            for _ in 0..MOST_LEARNINGS {
+            for _ in 0..noise::MOST_LEARNINGS {
                 let best = ranking.best();
                 let (set, at) = (best.set.clone(), best.fit.at.clone());
                 self.learn_noise_of(at);
@@ -363,84 +319,6 @@ impl<'m> Study<'m> {
             self.weigh_noise(&mut ranking);
         }
         ranking
-    }
-
-    /// Takes the shapes of the noise, and of the model's errors, anew on the ways of the best answer; whether that may matter:
-    /// a way that is turned is strayed from in other directions, and a reading that was stamped late is of another place.
-    fn reshape(&mut self, ranking: &search::Ranking) -> bool {
-        const TURNED: f64 = 0.03;
-        const LATE: f64 = 0.03;
-        let at = &ranking.best().fit.at;
-        let end = |cluster: usize, at: &[(variant::Axis, f64)]| {
-            let path = self.surrogate.path(cluster, self.clusters[cluster].reference, at, &self.variants);
-            path[path.len() - 1].heading
-        };
-        let turned = (0..self.used).any(|cluster| (end(cluster, at) - end(cluster, &[])).abs() > TURNED);
-        let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
-        let is_late = |cluster: &Cluster| {
-            let survey = self.surrogate.by_clocks_of(cluster.campaign, survey, at, &self.variants);
-            let mut stamps = self.cases[cluster.reference].readings.iter().filter_map(|reading| reading.stamp);
-            stamps.any(|stamp| (survey.time_of(stamp) - self.surrogate.survey.time_of(stamp)).abs() > LATE)
-        };
-        let shifted = self.clusters[..self.used].iter().any(is_late);
-        if turned || shifted {
-            self.shape(at.clone());
-        }
-        turned || shifted
-    }
-
-    /// Takes the shapes of the noise, and of the model's errors, on the ways under `at`.
-    fn shape(&mut self, at: Vec<(variant::Axis, f64)>) {
-        let scene = self.model.scene();
-        self.shapes = linear::shapes(scene, &self.cases, &self.clusters, &self.variants, &self.surrogate, &at);
-        self.doubts = OnceLock::new();
-        self.shaped_at = at;
-    }
-
-    /// Averages the evidence of the leading answers over what the scatter may be: a handful of repeated runs tell its size to
-    /// a fifth or so, and a scatter that they showed too small by chance would make a cause of what is none.
-    fn weigh_noise(&self, ranking: &mut search::Ranking) {
-        const LOG_SCALES: [f64; 5] = [-0.25, 0.0, 0.25, 0.5, 0.75];
-        const WITHIN: f64 = 15.0;
-        let best = ranking.best().log_posterior;
-        let problems: Vec<(Problem<'_>, f64)> = LOG_SCALES
-            .iter()
-            .map(|scale| {
-                let mut noise = self.noise.clone();
-                for scatter in noise.iter_mut().map(|noise| &mut noise.scatter) {
-                    for size in
-                        [&mut scatter.heading_per_corner, &mut scatter.heading_per_sqrt_metre, &mut scatter.distance]
-                    {
-                        *size *= scale.exp();
-                    }
-                }
-                let problem = self.problem_under(&noise, self.counts.clone());
-                let log_det = problem.log_det_of_noise();
-                (problem, log_det)
-            })
-            .collect();
-        let own = self.problem(self.counts.clone()).log_det_of_noise();
-        let nothing = ranking.nothing().set.clone();
-        let leading: Vec<&mut search::Hypothesis> = ranking
-            .hypotheses
-            .iter_mut()
-            .enumerate()
-            .filter(|(rank, h)| h.set == nothing || (*rank < search::LEADING && h.log_posterior > best - WITHIN))
-            .map(|(_, hypothesis)| hypothesis)
-            .collect();
-        leading.into_par_iter().for_each(|hypothesis| {
-            let axes = search::axes_of(&self.variants, &hypothesis.set);
-            let values: Vec<f64> = problems
-                .iter()
-                .map(|(problem, log_det)| {
-                    problem.evidence(&axes, hypothesis.fit.at.clone()).log_evidence - log_det + own
-                })
-                .collect();
-            let mean = verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln();
-            hypothesis.log_posterior += mean - hypothesis.fit.log_evidence;
-            hypothesis.fit.log_evidence = mean;
-        });
-        ranking.sort();
     }
 
     fn problem(&self, counts: Vec<f64>) -> Problem<'_> {
@@ -475,29 +353,6 @@ impl<'m> Study<'m> {
         let remembers = !self.model.scene().robot.residues.is_empty();
         let errs = motion > 0.0 || transient > 0.0 || remembers;
         if errs { exact.with_doubts(self.doubts(), motion, transient) } else { exact }
-    }
-
-    /// What an error of the model's own motion does to each cluster's readings.
-    fn doubts(&self) -> &[MotionError] {
-        let at = &self.shaped_at;
-        let survey = self.surrogate.survey_of(self.model.scene(), at, &self.variants);
-        let of = |(index, cluster): (usize, &Cluster)| {
-            let reference = cluster.reference;
-            let survey = self.surrogate.by_clocks_of(cluster.campaign, survey, at, &self.variants);
-            let (case, given) = (&self.cases[reference], &self.surrogate.ways[reference]);
-            let way = Way { steps: self.surrogate.steps(index, reference, at, &self.variants), ..given.clone() };
-            let condition = self.conditions[cluster.condition].label();
-            let kinds = doubt::kinds(&self.surrogate, case, &way, &survey);
-            let lasting = doubt::lasting(&kinds);
-            let (columns, memory) = match residue::of_last(self.model.scene(), case, &condition) {
-                None => (lasting, None),
-                Some(residue) => {
-                    (residue::columns(self, case, &way, at, &lasting), Some(Memory::of(self, residue, case, given)))
-                }
-            };
-            MotionError { columns, transient: doubt::transient(kinds), memory }
-        };
-        self.doubts.get_or_init(|| self.clusters.par_iter().enumerate().map(of).collect())
     }
 
     /// Which causes, if any.
@@ -568,32 +423,6 @@ impl<'m> Study<'m> {
         (0..self.first_variants).filter(|&index| self.variants[index].is_cause()).collect()
     }
 
-    /// The protocol that separates the answer from the likeliest other, where both stand, or from what is suspected.
-    fn next_experiment(
-        &self,
-        ranking: &search::Ranking,
-        diagnosis: &Diagnosis,
-    ) -> Result<Option<NextExperiment>, DiagnoseError> {
-        let best = verdict::convincing(ranking, &self.variants);
-        let ids = |h: &search::Hypothesis| -> Vec<&'static str> {
-            h.set.iter().map(|&index| self.variants[index].effect.id).collect()
-        };
-        if diagnosis.verdict != Verdict::Ambiguous && diagnosis.suspicion.is_none() {
-            return Ok(None);
-        }
-        let is_rival = |h: &&search::Hypothesis| ids(h) != ids(best) && h.set != ranking.nothing().set;
-        let Some(rival) = ranking.hypotheses.iter().find(is_rival) else { return Ok(None) };
-        let name = |h: &search::Hypothesis| {
-            let causes = h.set.iter().filter(|&&index| self.variants[index].is_cause());
-            let names: Vec<String> = causes.map(|&index| self.variants[index].label()).collect();
-            if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") }
-        };
-        let causes = |h: &search::Hypothesis| variant::causes(&self.variants, &h.fit.at);
-        // The one that may be refitted comes second.
-        let (one, other) = if diagnosis.suspicion.is_some() { (rival, best) } else { (best, rival) };
-        next::next(self, (&name(one), &causes(one)), (&name(other), &causes(other)))
-    }
-
     /// Where an answer is, without what is in doubt of the model anyway. Where causes may act otherwise than the model has
     /// them, their sizes are such that the model as it is predicts best. At nothing, where it leaves much and is worse than that.
     fn answered(&self, answer: &search::Hypothesis) -> Vec<(variant::Axis, f64)> {
@@ -628,57 +457,4 @@ impl<'m> Study<'m> {
     pub fn may_carry(&self) -> bool {
         self.strength() < CARRIED
     }
-
-    /// Strength of the whole misfit: the root of Σ of squared whitened residuals of the model as given.
-    pub fn strength(&self) -> f64 {
-        let problem = self.problem(self.counts.clone());
-        problem.fit(&[], &[]).chi2.sqrt()
-    }
-
-    /// ln evidence of two effects together at their best; `None` where they are not worth a look.
-    pub fn pair_evidence(&self, pair: [&str; 2]) -> Option<PairEvidence> {
-        let ranking = search::Ranking::search(&self.problem(self.counts.clone()), &self.known_variants(), 2);
-        let ids = |h: &search::Hypothesis| -> Vec<&str> {
-            let causes = h.set.iter().map(|&index| &self.variants[index]).filter(|variant| variant.is_cause());
-            causes.map(|variant| variant.effect.id).collect()
-        };
-        let best = |of: &dyn Fn(&[&str]) -> bool| {
-            let evidences = ranking.hypotheses.iter().filter(|h| of(&ids(h))).map(|h| h.fit.log_evidence);
-            evidences.reduce(f64::max)
-        };
-        let is_pair = |ids: &[&str]| ids.len() == 2 && pair.iter().all(|id| ids.contains(id));
-        Some(PairEvidence {
-            both: best(&is_pair)?,
-            fewer: best(&|ids| ids.len() < 2)?,
-            other: best(&|ids| ids.len() == 2 && !is_pair(ids)).unwrap_or(f64::NEG_INFINITY),
-        })
-    }
-
-    /// ln evidence of nothing, and of every single effect at its best.
-    pub fn single_evidences(&self) -> (f64, Vec<(&'static str, f64)>) {
-        let ranking = search::Ranking::search(&self.problem(self.counts.clone()), &self.known_variants(), 1);
-        let mut of_effect: Vec<(&'static str, f64)> = Vec::new();
-        for hypothesis in ranking.hypotheses.iter().filter(|h| h.set.len() == 1) {
-            let variant = &self.variants[*hypothesis.set.first().expect("one")];
-            let id = variant.effect.id;
-            // A place is one of many.
-            let places = self.variants.iter().filter(|it| it.place().is_some() && it.effect == variant.effect).count();
-            let log_evidence = hypothesis.fit.log_evidence - (places.max(1) as f64).ln();
-            if !of_effect.iter().any(|(known, _)| *known == id) {
-                of_effect.push((id, log_evidence));
-            }
-        }
-        (ranking.nothing().fit.log_evidence, of_effect)
-    }
-}
-
-/// ln evidence of a pair of effects, and of what could be said instead.
-#[derive(Debug, Clone, Copy)]
-pub struct PairEvidence {
-    /// Of both.
-    pub both: f64,
-    /// Of the best single effect, or of nothing.
-    pub fewer: f64,
-    /// Of the best other pair.
-    pub other: f64,
 }

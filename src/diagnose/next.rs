@@ -1,8 +1,12 @@
 //! The next experiment: which protocol would separate two answers best.
 
-use super::noise::{self, Shapes};
+use super::noise;
+use super::search::{Hypothesis, Ranking};
+use super::shapes::Shapes;
+use super::variant;
+use super::verdict;
 use super::way::{Way, compose, steps_of};
-use super::{DiagnoseError, ForwardModel, Study};
+use super::{DiagnoseError, Diagnosis, ForwardModel, Study, Verdict};
 use crate::dataset::{Protocol, Rotation, Run, Travel};
 use crate::effect::Cause;
 use nalgebra::{Cholesky, DVector};
@@ -55,7 +59,7 @@ fn candidates() -> Vec<(String, Protocol, f64)> {
 }
 
 /// The protocol that tells `one` from `other` best.
-pub(super) fn next(
+fn next(
     study: &Study<'_>,
     one: (&str, &[Cause]),
     other: (&str, &[Cause]),
@@ -110,4 +114,32 @@ pub(super) fn next(
         separates: vec![one.0.to_owned(), other.0.to_owned()],
         expected_sigma,
     }))
+}
+
+impl Study<'_> {
+    /// The protocol that separates the answer from the likeliest other, where both stand, or from what is suspected.
+    pub(super) fn next_experiment(
+        &self,
+        ranking: &Ranking,
+        diagnosis: &Diagnosis,
+    ) -> Result<Option<NextExperiment>, DiagnoseError> {
+        let best = verdict::convincing(ranking, &self.variants);
+        let ids = |h: &Hypothesis| -> Vec<&'static str> {
+            h.set.iter().map(|&index| self.variants[index].effect.id).collect()
+        };
+        if diagnosis.verdict != Verdict::Ambiguous && diagnosis.suspicion.is_none() {
+            return Ok(None);
+        }
+        let is_rival = |h: &&Hypothesis| ids(h) != ids(best) && h.set != ranking.nothing().set;
+        let Some(rival) = ranking.hypotheses.iter().find(is_rival) else { return Ok(None) };
+        let name = |h: &Hypothesis| {
+            let causes = h.set.iter().filter(|&&index| self.variants[index].is_cause());
+            let names: Vec<String> = causes.map(|&index| self.variants[index].label()).collect();
+            if names.is_empty() { "nothing".to_owned() } else { names.join(" and ") }
+        };
+        let causes = |h: &Hypothesis| variant::causes(&self.variants, &h.fit.at);
+        // The one that may be refitted comes second.
+        let (one, other) = if diagnosis.suspicion.is_some() { (rival, best) } else { (best, rival) };
+        next(self, (&name(one), &causes(one)), (&name(other), &causes(other)))
+    }
 }

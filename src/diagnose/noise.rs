@@ -4,32 +4,16 @@
 //! restricted maximum likelihood, drawn to what the campaign states (survey) or to what real runs have (scatter). What is
 //! stated may differ from campaign to campaign; by how much it is off is learnt from all of them together.
 
-use super::case::{Case, Cluster};
-use super::doubt;
-use super::way::Way;
-use crate::geometry::Pose2;
+use super::Study;
+use super::case::Cluster;
+use super::linear::{self, Problem};
+use super::search::{self, Hypothesis, Ranking};
+use super::shapes::Shapes;
+use super::variant::Axis;
+use super::verdict;
 use crate::scene::{NoiseModel, Scatter, Survey};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
-use std::f64::consts::FRAC_PI_2;
-
-/// Shapes of one cluster's covariance, each for a size of 1.
-pub(super) struct Shapes {
-    position: DMatrix<f64>,
-    heading: DMatrix<f64>,
-    start_position: DMatrix<f64>,
-    start_heading: DMatrix<f64>,
-    corner: DMatrix<f64>,
-    distance_walk: DMatrix<f64>,
-    stretch: DMatrix<f64>,
-    /// Change of the readings per second of clock offset.
-    pub clock: DVector<f64>,
-    stamps: Vec<Option<f64>>,
-    layout: Vec<(usize, usize)>,
-}
-
-/// Finest difference that a log or a simulation means \[m, rad\]: a tick, a step.
-const FLOOR: [f64; 2] = [2e-4, 1e-4];
 
 impl NoiseModel {
     /// What is stated or usual, before any run was looked at.
@@ -43,136 +27,6 @@ impl NoiseModel {
             scatter: Scatter::default(),
             clock_std: 0.0,
         }
-    }
-}
-
-impl Shapes {
-    /// For a cluster whose reference run reads `predicted` on the way `path`.
-    pub fn new(case: &Case, way: &Way, path: &[Pose2], predicted: &[Pose2], clock: DVector<f64>) -> Shapes {
-        let mut layout = Vec::new();
-        for (index, reading) in case.readings.iter().enumerate() {
-            layout.extend([(index, 0), (index, 1)]);
-            if reading.heading.is_some() {
-                layout.push((index, 2));
-            }
-        }
-        let rows = layout.len();
-        let start = path[0];
-        let relative: Vec<Pose2> = path.iter().map(|pose| start.relative(*pose)).collect();
-        let steps = path.len() - 1;
-        // Index of the way's step at which each reading was taken.
-        let step_of: Vec<usize> = case
-            .readings
-            .iter()
-            .map(|reading| match reading.stamp {
-                None => steps,
-                Some(stamp) => (((stamp - way.began) / way.lasts).clamp(0.0, 1.0) * steps as f64).round() as usize,
-            })
-            .collect();
-        let column = |value: &dyn Fn(usize, usize) -> f64| {
-            DVector::from_iterator(rows, layout.iter().map(|&(reading, part)| value(reading, part)))
-        };
-        let outer = |columns: &[DVector<f64>]| {
-            let mut sum = DMatrix::zeros(rows, rows);
-            for column in columns {
-                sum.ger(1.0, column, column, 1.0);
-            }
-            sum
-        };
-        let start_x = column(&|_, part| if part == 0 { -1.0 } else { 0.0 });
-        let start_y = column(&|_, part| if part == 1 { -1.0 } else { 0.0 });
-        let start_turn = column(&|reading, part| match part {
-            0 => predicted[reading].y,
-            1 => -predicted[reading].x,
-            _ => -1.0,
-        });
-        // A turn of the body somewhere on the way carries all that comes later.
-        let mut corner = DMatrix::zeros(rows, rows);
-        let mut distance_walk = DMatrix::zeros(rows, rows);
-        let pieces = steps.min(80);
-        for piece in 0..pieces {
-            let (from, to) = (piece * steps / pieces, (piece + 1) * steps / pieces);
-            let (mut turned, mut gone) = (0.0, 0.0);
-            for k in from..to {
-                let step = relative[k].relative(relative[k + 1]);
-                let way = step.x.hypot(step.y);
-                turned += (step.heading.abs() - way / 0.2).max(0.0);
-                gone += way;
-            }
-            if turned + gone < 1e-9 {
-                continue;
-            }
-            let at = relative[(from + to) / 2];
-            let kick = column(&|reading, part| {
-                if step_of[reading] < (from + to) / 2 {
-                    return 0.0;
-                }
-                match part {
-                    0 => -(predicted[reading].y - at.y),
-                    1 => predicted[reading].x - at.x,
-                    _ => 1.0,
-                }
-            });
-            corner.ger(turned / FRAC_PI_2, &kick, &kick, 1.0);
-            distance_walk.ger(gone, &kick, &kick, 1.0);
-        }
-        let stretch = column(&|reading, part| match part {
-            0 => predicted[reading].x,
-            1 => predicted[reading].y,
-            _ => 0.0,
-        });
-        let diagonal = |which: &dyn Fn(usize) -> bool| {
-            DMatrix::from_diagonal(&column(&|_, part| if which(part) { 1.0 } else { 0.0 }))
-        };
-        Shapes {
-            position: diagonal(&|part| part < 2),
-            heading: diagonal(&|part| part == 2),
-            start_position: outer(&[start_x, start_y]),
-            start_heading: outer(&[start_turn]),
-            corner,
-            distance_walk,
-            stretch: outer(&[stretch]),
-            clock,
-            stamps: case.readings.iter().map(|reading| reading.stamp).collect(),
-            layout,
-        }
-    }
-
-    /// The covariance of one run's readings.
-    pub fn covariance(&self, noise: &NoiseModel) -> DMatrix<f64> {
-        let [p, h] = [noise.position_std, noise.heading_std].map(|std| std * std);
-        let scatter = noise.scatter;
-        let mut sum = &self.start_position * p + &self.start_heading * h;
-        sum += &self.corner * scatter.heading_per_corner.powi(2);
-        sum += &self.distance_walk * scatter.heading_per_sqrt_metre.powi(2);
-        sum += &self.stretch * scatter.distance.powi(2);
-        if noise.correlation_time > 0.0 {
-            for (i, &(a, part_a)) in self.layout.iter().enumerate() {
-                for (j, &(b, part_b)) in self.layout.iter().enumerate() {
-                    if part_a != part_b {
-                        continue;
-                    }
-                    let apart = match (self.stamps[a], self.stamps[b]) {
-                        (Some(one), Some(other)) => (one - other).abs(),
-                        _ if a == b => 0.0,
-                        _ => f64::INFINITY,
-                    };
-                    sum[(i, j)] += if part_a == 2 { h } else { p } * (-apart / noise.correlation_time).exp();
-                }
-            }
-        } else {
-            sum += &self.position * p + &self.heading * h;
-        }
-        sum += &self.position * FLOOR[0].powi(2) + &self.heading * FLOOR[1].powi(2);
-        if noise.clock_std > 0.0 {
-            sum.ger(noise.clock_std.powi(2), &self.clock, &self.clock, 1.0);
-        }
-        sum
-    }
-
-    /// Its Cholesky factor.
-    pub fn factor(&self, noise: &NoiseModel) -> Cholesky<f64, Dyn> {
-        Cholesky::new(self.covariance(noise)).expect("survey noise keeps every covariance positive")
     }
 }
 
@@ -248,7 +102,7 @@ pub(super) fn learn(
             .par_iter()
             .map(|Spread { cluster, campaign, free, off }| {
                 let factor = shapes[*cluster].factor(&noises[*campaign]);
-                let log_det = 2.0 * doubt::half_log_det(&factor);
+                let log_det = 2.0 * linear::half_log_det(&factor);
                 let mut white = off.clone();
                 factor.l_dirty().solve_lower_triangular_mut(&mut white);
                 0.5 * free * log_det + 0.5 * white.norm_squared()
@@ -340,5 +194,100 @@ pub(super) fn of_runs(noises: &[NoiseModel], clusters: &[Cluster], counts: &[f64
             heading_per_sqrt_metre: mean_square(&|noise| noise.scatter.heading_per_sqrt_metre),
             distance: mean_square(&|noise| noise.scatter.distance),
         },
+    }
+}
+
+/// Times that noise is learnt from what causes leave, and causes are looked for under that noise, where nothing repeats.
+pub(super) const MOST_LEARNINGS: usize = 3;
+
+impl Study<'_> {
+    /// Sizes of the noise from what repeated runs differ by, or from what `at` leaves where too little repeats.
+    pub(super) fn learn_noise(&mut self, at: &[(Axis, f64)]) {
+        let clusters: Vec<Cluster> = self
+            .clusters
+            .iter()
+            .map(|cluster| Cluster { runs: cluster.active(&self.counts).collect(), ..cluster.clone() })
+            .collect();
+        let repeats = self.repeats();
+        let spreads = {
+            let problem = self.problem(self.counts.clone());
+            let at = if repeats { &[] } else { at };
+            let mut off: Vec<DVector<f64>> = self.observed.clone();
+            for (index, cluster) in clusters.iter().enumerate() {
+                for &run in &cluster.runs {
+                    off[run] = &self.observed[run] - problem.predict(index, run, at);
+                }
+            }
+            if repeats { of_repeats(&clusters, &off) } else { of_residuals(&clusters, &off) }
+        };
+        let on_the_way = self.cases.iter().any(|case| case.frame_stamp.is_some());
+        let widths = if repeats { KNOWN } else { HARDLY_KNOWN };
+        self.noise = learn(&self.prior_noise, &spreads, &self.shapes, widths, on_the_way);
+    }
+
+    /// Sizes of the noise from what these causes leave at their best, which hangs on the noise.
+    pub(super) fn learn_noise_of(&mut self, mut at: Vec<(Axis, f64)>) {
+        let axes: Vec<_> = at.iter().map(|(axis, _)| *axis).collect();
+        for _ in 0..MOST_LEARNINGS {
+            let before = self.noise.clone();
+            self.learn_noise(&at);
+            if self.noise == before {
+                break;
+            }
+            at = self.problem(self.counts.clone()).fit(&axes, &at).at;
+        }
+    }
+
+    /// Whether enough runs repeat one another to tell noise by.
+    pub(super) fn repeats(&self) -> bool {
+        let active: Vec<usize> = self.clusters.iter().map(|cluster| cluster.active(&self.counts).count()).collect();
+        let free: usize = active.iter().map(|runs| runs.saturating_sub(1)).sum();
+        free >= 2 && 4 * free >= active.iter().sum::<usize>()
+    }
+
+    /// Averages the evidence of the leading answers over what the scatter may be: a handful of repeated runs tell its size to
+    /// a fifth or so, and a scatter that they showed too small by chance would make a cause of what is none.
+    pub(super) fn weigh_noise(&self, ranking: &mut Ranking) {
+        const LOG_SCALES: [f64; 5] = [-0.25, 0.0, 0.25, 0.5, 0.75];
+        const WITHIN: f64 = 15.0;
+        let best = ranking.best().log_posterior;
+        let problems: Vec<(Problem<'_>, f64)> = LOG_SCALES
+            .iter()
+            .map(|scale| {
+                let mut noise = self.noise.clone();
+                for scatter in noise.iter_mut().map(|noise| &mut noise.scatter) {
+                    for size in
+                        [&mut scatter.heading_per_corner, &mut scatter.heading_per_sqrt_metre, &mut scatter.distance]
+                    {
+                        *size *= scale.exp();
+                    }
+                }
+                let problem = self.problem_under(&noise, self.counts.clone());
+                let log_det = problem.log_det_of_noise();
+                (problem, log_det)
+            })
+            .collect();
+        let own = self.problem(self.counts.clone()).log_det_of_noise();
+        let nothing = ranking.nothing().set.clone();
+        let leading: Vec<&mut Hypothesis> = ranking
+            .hypotheses
+            .iter_mut()
+            .enumerate()
+            .filter(|(rank, h)| h.set == nothing || (*rank < search::LEADING && h.log_posterior > best - WITHIN))
+            .map(|(_, hypothesis)| hypothesis)
+            .collect();
+        leading.into_par_iter().for_each(|hypothesis| {
+            let axes = search::axes_of(&self.variants, &hypothesis.set);
+            let values: Vec<f64> = problems
+                .iter()
+                .map(|(problem, log_det)| {
+                    problem.evidence(&axes, hypothesis.fit.at.clone()).log_evidence - log_det + own
+                })
+                .collect();
+            let mean = verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln();
+            hypothesis.log_posterior += mean - hypothesis.fit.log_evidence;
+            hypothesis.fit.log_evidence = mean;
+        });
+        ranking.sort();
     }
 }

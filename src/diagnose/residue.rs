@@ -9,6 +9,7 @@ use super::case::{Case, Cluster, Reading, near};
 use super::doubt;
 use super::forward::{ForwardError, ForwardModel};
 use super::linear::{self, flatten};
+use super::shapes;
 use super::variant::{Axis, Coordinates, edited, moved_along};
 use super::way::{Way, compose};
 use crate::dataset::Protocol;
@@ -92,15 +93,15 @@ impl Memory {
             ..case.clone()
         };
         let path = compose(way.start, &way.steps);
-        let factor = linear::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
+        let factor = shapes::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
         let survey = surrogate.survey_in(read.campaign, scene, &[], &study.variants);
         let motion = doubt::lasting(&doubt::kinds(surrogate, &read, way, &survey));
         let mut columns = columns(study, &read, way, &[], &motion);
-        doubt::whiten(&factor, &mut columns);
+        linear::whiten(&factor, &mut columns);
         let left: Vec<Pose2> = (0..residue.x.len())
             .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
             .collect();
-        let left = doubt::whitened(&factor, &flatten(&read, &left));
+        let left = linear::whitened(&factor, &flatten(&read, &left));
         Memory { information: columns.tr_mul(&columns) * residue.runs, found: columns.tr_mul(&left) * residue.runs }
     }
 

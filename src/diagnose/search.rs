@@ -1,7 +1,7 @@
 //! Which causes: none, one or several, by their evidence and what is plausible beforehand.
 
-use super::doubt;
-use super::linear::{Fit, Problem};
+use super::fit::Fit;
+use super::linear::{self, Problem};
 use super::plausible::Plausible;
 use super::variant::{Axis, Variant};
 use nalgebra::{Cholesky, DMatrix, DVector};
@@ -338,7 +338,7 @@ fn promises_beside(problem: &Problem<'_>, others: &[usize], seed: &Hypothesis, s
             let right = &pull + local.precision.component_mul(&off);
             let quadratic = c + local.cost_at(&-&step);
             step = factor.solve(&right);
-            let log_det = 2.0 * doubt::half_log_det(&factor);
+            let log_det = 2.0 * linear::half_log_det(&factor);
             evidence = -0.5 * (quadratic - right.dot(&step)) - 0.5 * log_det + plausible.log_peak();
         }
         (evidence, step)

@@ -371,7 +371,7 @@ pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::linear::Fit;
+    use super::super::fit::Fit;
     use super::*;
     use crate::scene::Scene;
 

@@ -1,0 +1,115 @@
+//! What responses may err by: a tyre is not the model's tyre, and a run is not the run that stands for it.
+
+use super::case::{Case, Cluster};
+use super::linear::{Problem, flatten};
+use super::surrogate::Surrogate;
+use super::variant::{Axis, Coordinates, Variant};
+use super::way::{Step, Way, compose};
+use crate::scene::Survey;
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use std::ops::Range;
+
+/// Error that responses are allowed as a whole, and in each part of the way, relative.
+pub(super) const RESPONSE_ERROR: [f64; 2] = [0.02, 0.03];
+/// Error that a response may have from run to run, relative: runs are not the run that stands for them.
+const RUN_ERROR: f64 = 0.005;
+/// The same of a spot on the floor, in each component of the steps: a run that strays by a centimetre comes upon it
+/// otherwise, and what a spot does changes over a decimetre.
+const SPOT_ERROR: f64 = 0.1;
+/// Parts of a way whose responses may err independently.
+pub(super) const PARTS: usize = 8;
+
+impl Problem<'_> {
+    /// Components of the steps that a response errs in together: each for itself where the model was moved far.
+    pub(super) fn components(&self) -> &'static [&'static [usize]] {
+        if self.variants.iter().any(Variant::is_response_error) { &[&[0], &[1], &[2]] } else { &[&[0, 1, 2]] }
+    }
+
+    /// Whitened change of a cluster's readings that the response of `at` makes as a whole and in each part of its way:
+    /// columns of the response's own error.
+    pub(super) fn response_errors(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
+        let response = Changed::by(self, cluster, at);
+        let (given, count) = (&response.way.steps, response.steps.len());
+        let parts = (0..PARTS).map(|part| part * count / PARTS..(part + 1) * count / PARTS);
+        let mut columns = Vec::with_capacity(PARTS + 1);
+        for (range, error) in parts.clone().map(|part| (part, 1)).chain([(0..count, 0)]) {
+            let less = |components| response.less(given, range.clone(), components) * self.response_error[error];
+            columns.extend(self.components().iter().copied().map(less));
+        }
+        // What a spot does hangs on where exactly it is come upon, run for run and for all of them.
+        if let Some(without) = self.without_spots(cluster, at) {
+            columns.extend(parts.map(|part| response.less(&without, part, &[0, 1, 2]) * SPOT_ERROR));
+        }
+        self.whitened(cluster, &columns)
+    }
+
+    /// Whitened change of a cluster's readings that each run's response makes on its own: columns of what runs differ by.
+    pub(super) fn run_error_columns(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
+        let response = Changed::by(self, cluster, at);
+        let all = 0..response.steps.len();
+        let mut columns = vec![response.less(&response.way.steps, all.clone(), &[0, 1, 2]) * RUN_ERROR];
+        if let Some(without) = self.without_spots(cluster, at) {
+            columns.extend((0..3).map(|c| response.less(&without, all.clone(), &[c]) * SPOT_ERROR));
+        }
+        self.whitened(cluster, &columns)
+    }
+
+    /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
+    pub(super) fn run_errors(&self, cluster: usize, at: &Coordinates) -> Option<Cholesky<f64, Dyn>> {
+        let columns = self.run_error_columns(cluster, at);
+        let size = columns.nrows();
+        Cholesky::new(DMatrix::identity(size, size) + &columns * columns.transpose())
+    }
+
+    /// Steps of a cluster's reference run without what spots on the floor do, where there are any.
+    fn without_spots(&self, cluster: usize, at: &Coordinates) -> Option<Vec<Step>> {
+        let on_level_floor: Vec<(Axis, f64)> = at.iter().copied().filter(|(axis, _)| !self.is_spot(axis)).collect();
+        let reference = self.clusters[cluster].reference;
+        (on_level_floor.len() < at.len())
+            .then(|| self.surrogate.steps(cluster, reference, &on_level_floor, self.variants))
+    }
+
+    pub(super) fn is_spot(&self, axis: &Axis) -> bool {
+        self.variants[axis.variant].place().is_some()
+    }
+}
+
+/// The way of a cluster's reference run as a hypothesis changes it.
+struct Changed<'p> {
+    surrogate: &'p Surrogate,
+    case: &'p Case,
+    way: &'p Way,
+    survey: Survey,
+    steps: Vec<Step>,
+    readings: DVector<f64>,
+}
+
+impl<'p> Changed<'p> {
+    fn by(problem: &'p Problem<'p>, cluster: usize, at: &Coordinates) -> Changed<'p> {
+        let surrogate = problem.surrogate;
+        let &Cluster { reference, campaign, .. } = &problem.clusters[cluster];
+        let (case, way) = (&problem.cases[reference], &surrogate.ways[reference]);
+        let survey = surrogate.survey_in(campaign, problem.scene, at, problem.variants);
+        let steps = surrogate.steps(cluster, reference, at, problem.variants);
+        let mut changed = Changed { surrogate, case, way, survey, steps, readings: DVector::zeros(0) };
+        changed.readings = changed.read(&changed.steps);
+        changed
+    }
+
+    fn read(&self, steps: &[Step]) -> DVector<f64> {
+        let path = compose(self.way.start, steps);
+        flatten(self.case, &self.surrogate.readings(self.case, self.way, &path, &self.survey))
+    }
+
+    /// What it changes of the readings beyond `without`, by these components of the steps of a part of the way. A tenth of
+    /// it is taken away and scaled back up: linear to a tenth of a per cent of it.
+    fn less(&self, without: &[Step], part: Range<usize>, components: &[usize]) -> DVector<f64> {
+        let mut steps = self.steps.clone();
+        for k in part {
+            for &c in components {
+                steps[k][c] -= 0.1 * (self.steps[k][c] - without[k][c]);
+            }
+        }
+        (&self.readings - self.read(&steps)) * 10.0
+    }
+}
