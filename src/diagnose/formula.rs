@@ -8,8 +8,8 @@ use std::collections::BTreeSet;
 
 /// Terms of a formula.
 const MOST_TERMS: usize = 4;
-/// Size that no empirical term may have, in units of what is plausible: a tenth of the speed is no misfit but another robot.
-const LARGEST_TERM: f64 = 10.0;
+/// Size that no empirical term may have, in units of what is plausible: half of the speed is no misfit but another robot.
+const LARGEST_TERM: f64 = 50.0;
 /// How much less sharply a cause may be told beside a formula than without it, in σ: a term that does much the same as a known
 /// cause would stand in its place and move it anywhere.
 const BLURRED: f64 = 2.0;

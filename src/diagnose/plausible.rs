@@ -4,10 +4,11 @@
 //! which what a reader would call implausible is all but forbidden [O'Hagan & Pericchi, *Braz. J. Probab. Stat.* 26 (2012)
 //! 372–401]; both are normal laws of uncertain width, so that one normal law touches them everywhere and is nowhere above:
 //!
-//! - What a calibration finds, and what hangs on the load, has the catalogue's normal law, and by a small chance one ten times as
-//!   wide [Tukey's contaminated normal; Box & Tiao, *Biometrika* 55 (1968) 119–129]: a model may state no more than what the
-//!   makers do, and a load is where someone puts it. A Husky's tyres that were let down differ by twelve times what the
-//!   catalogue expects of tyres, and a formula is not likelier than that.
+//! - What a calibration finds, what hangs on the load, and a term of no known cause has the normal law of what is expected, and
+//!   by a small chance one ten times as wide [Tukey's contaminated normal; Box & Tiao, *Biometrika* 55 (1968) 119–129]: a model
+//!   may state no more than what the makers do, a load is where someone puts it, and of what is unknown nobody knows how large it
+//!   is. A Husky's tyres that were let down differ by twelve times what the catalogue expects of tyres, and a formula is not
+//!   likelier than that.
 //! - Where the centre of rotation goes in a model that was moved far falls off like Student's t: mostly next to nowhere, and
 //!   sometimes, as on hard wheels that roll on their edges, several σ away.
 

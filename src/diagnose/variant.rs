@@ -209,7 +209,11 @@ impl Variant {
             choice: String::new(),
             role: Role::Term(EmpiricalTerm { part, feature, coefficient: 1.0 }),
             held: Vec::new(),
-            coordinates: vec![Coordinate::about_nothing(std_dev, Coordinate::ANYWHERE)],
+            // What it does to each step is in proportion to it, however large it is.
+            coordinates: vec![Coordinate {
+                reach: f64::INFINITY,
+                ..Coordinate::about_nothing(std_dev, Coordinate::ANYWHERE)
+            }],
         }
     }
 
@@ -358,9 +362,10 @@ impl Variant {
         super::CALIBRATED.iter().any(|id| self.names(id))
     }
 
-    /// Whether it may be much larger than the catalogue expects: a calibration finds it, or it hangs on what the robot carries.
+    /// Whether it may be much larger than expected: a calibration finds it, it hangs on what the robot carries, or it is of no
+    /// known cause.
     pub fn may_be_large(&self) -> bool {
-        self.is_of_calibration() || self.is_cause() && self.effect.family == Family::Mass
+        self.is_of_calibration() || self.is_term() || self.is_cause() && self.effect.family == Family::Mass
     }
 
     /// Whether its coordinates are the two components of a vector.
