@@ -122,7 +122,9 @@ impl Way {
     pub fn empirical(&self, term: &EmpiricalTerm) -> Vec<Step> {
         let dt = self.lasts / self.steps.len() as f64;
         let mut pose = self.start;
-        let mut speed_before = 0.0;
+        // A run may begin in motion: its first step speeds up as its second does.
+        let speed = |k: usize| self.steps[k.min(self.steps.len() - 1)][0] / dt;
+        let mut speed_before = 2.0 * speed(0) - speed(1);
         self.steps
             .iter()
             .enumerate()
@@ -246,5 +248,29 @@ pub(super) fn each(value: impl Fn(usize) -> f64) -> Step {
 pub(super) fn subtract(changes: &mut [Step], others: &[Step]) {
     for (change, other) in changes.iter_mut().zip(others) {
         *change = each(|c| change[c] - other[c]);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::{Feature, TwistPart};
+
+    #[test]
+    fn a_way_that_begins_in_motion_speeds_up_no_more_for_that() {
+        let accelerated = EmpiricalTerm { part: TwistPart::Forward, feature: Feature::Acceleration, coefficient: 1.0 };
+        let added = |speeds: &[f64]| -> Vec<f64> {
+            let steps: Vec<Step> = speeds.iter().map(|speed| [0.1 * speed, 0.0, 0.0]).collect();
+            let lasts = 0.1 * steps.len() as f64;
+            let way = Way { start: Pose2::IDENTITY, steps, began: 0.0, lasts, hours: 0.0 };
+            way.empirical(&accelerated).iter().map(|step| step[0]).collect()
+        };
+        // A term a adds what the speed grows by: nothing at 0.4 m/s, 0.02 m a step where that grows by 0.02 m/s, at rest or not.
+        assert!(added(&[0.4; 5]).iter().all(|it| it.abs() < 1e-12));
+        assert!(added(&[0.4]).iter().all(|it| it.abs() < 1e-12));
+        for first in [0.01, 0.41] {
+            let speeds = [0, 1, 2, 3].map(|k| first + 0.02 * f64::from(k));
+            assert!(added(&speeds).iter().all(|it| (it - 0.02).abs() < 1e-12));
+        }
     }
 }
