@@ -332,6 +332,9 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
         let alike = |(cluster, way): &(Cluster, Vec<Pose2>)| {
             let reference = &cases[cluster.reference];
             let length: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
+            let turned: f64 = way.windows(2).map(|pair| (pair[1].heading - pair[0].heading).abs()).sum();
+            // A short run that speeds up repeats none that goes on as it did, however near both stay.
+            let (way_off, turned_off) = (0.02 * length + 0.005, (0.015 * turned + 0.01).min(0.1));
             cluster.campaign == case.campaign
                 && cluster.condition == condition
                 && reference.replayed == case.replayed
@@ -347,7 +350,7 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
                 && way
                     .iter()
                     .zip(&reckoned)
-                    .all(|(a, b)| a.distance(*b) < 0.02 * length + 0.02 && (a.heading - b.heading).abs() < 0.1)
+                    .all(|(a, b)| a.distance(*b) < way_off && (a.heading - b.heading).abs() < turned_off)
         };
         match clusters.iter_mut().find(|entry| alike(entry)) {
             Some((cluster, _)) => cluster.runs.push(index),

@@ -22,6 +22,8 @@ pub(super) struct Shapes {
     corner: DMatrix<f64>,
     distance_walk: DMatrix<f64>,
     stretch: DMatrix<f64>,
+    /// What is there whatever the sizes: the finest difference that is one, and what nobody logged.
+    fixed: DMatrix<f64>,
     /// Change of the readings per second of clock offset.
     pub clock: DVector<f64>,
     stamps: Vec<Option<f64>>,
@@ -109,9 +111,11 @@ impl Shapes {
         let diagonal = |which: &dyn Fn(usize) -> bool| {
             DMatrix::from_diagonal(&column(&|_, part| if which(part) { 1.0 } else { 0.0 }))
         };
+        let (position, heading) = (diagonal(&|part| part < 2), diagonal(&|part| part == 2));
         Shapes {
-            position: diagonal(&|part| part < 2),
-            heading: diagonal(&|part| part == 2),
+            fixed: &position * FLOOR[0].powi(2) + &heading * FLOOR[1].powi(2),
+            position,
+            heading,
             start_position: outer(&[start_x, start_y]),
             start_heading: outer(&[start_turn]),
             corner,
@@ -121,6 +125,15 @@ impl Shapes {
             stamps: case.readings.iter().map(|reading| reading.stamp).collect(),
             layout,
         }
+    }
+
+    /// Lets readings, and their frame, be in doubt by so much where no log tells how the robot moved \[m, rad\].
+    fn with_unlogged(mut self, of_readings: &[[f64; 2]], of_frame: [f64; 2]) -> Shapes {
+        for (row, &(reading, part)) in self.layout.iter().enumerate() {
+            self.fixed[(row, row)] += of_readings[reading][usize::from(part == 2)].powi(2);
+        }
+        self.fixed += &self.start_position * of_frame[0].powi(2) + &self.start_heading * of_frame[1].powi(2);
+        self
     }
 
     /// The covariance of one run's readings.
@@ -148,7 +161,7 @@ impl Shapes {
         } else {
             sum += &self.position * p + &self.heading * h;
         }
-        sum += &self.position * FLOOR[0].powi(2) + &self.heading * FLOOR[1].powi(2);
+        sum += &self.fixed;
         if noise.clock_std > 0.0 {
             sum.ger(noise.clock_std.powi(2), &self.clock, &self.clock, 1.0);
         }
@@ -192,7 +205,11 @@ pub(super) fn shapes_of(surrogate: &Surrogate, case: &Case, way: &Way, path: &[P
     // The frame comes with the clock: an offset moves readings, not the frame that they are stated in.
     let later = Survey { time_offset: survey.time_offset + LATER, ..*survey };
     let clock = (flatten(case, &surrogate.readings(case, way, path, &later)) - flatten(case, &predicted)) / LATER;
-    Shapes::new(case, way, path, &predicted, clock)
+    let unlogged = |stamp: Option<f64>| {
+        stamp.map_or([0.0; 2], |stamp| way.unlogged(survey.time_of(stamp), surrogate.unsteadiness))
+    };
+    let of_readings: Vec<[f64; 2]> = case.readings.iter().map(|reading| unlogged(reading.stamp)).collect();
+    Shapes::new(case, way, path, &predicted, clock).with_unlogged(&of_readings, unlogged(case.frame_stamp))
 }
 
 impl Study<'_> {

@@ -105,6 +105,24 @@ impl Way {
         times.map(share).collect()
     }
 
+    /// How far the robot may be at `time` \[s\] from where it would be had it gone on as its log ends, or come as it begins:
+    /// position \[m\] and heading \[rad\], of one whose steps differ by so much from one to the next. One that stands stays.
+    pub fn unlogged(&self, time: f64, unsteadiness: [f64; 2]) -> [f64; 2] {
+        let place = (time - self.began) / self.lasts * self.steps.len() as f64;
+        let (beyond, step) = if place < 0.0 {
+            (-place, self.steps[0])
+        } else {
+            (place - self.steps.len() as f64, self.steps[self.steps.len() - 1])
+        };
+        if beyond <= 0.0 {
+            return [0.0; 2];
+        }
+        let typical = self.steps.iter().map(length).sum::<f64>() / self.steps.len() as f64;
+        let moves = (length(&step) / typical.max(f64::MIN_POSITIVE)).min(1.0);
+        // A speed that wanders off as it did before takes the robot with it, as the time to the power of 3/2.
+        unsteadiness.map(|of_step| of_step * beyond.powf(1.5) * moves)
+    }
+
     /// When so much of the way was first behind the robot, by the encoders' clock \[s\].
     pub fn times_of(&self, shares: impl Iterator<Item = f64>) -> Vec<f64> {
         let progress = self.progress();
@@ -142,9 +160,41 @@ impl Way {
     }
 }
 
+/// Root mean squares over ways of how much steps differ from one to the next: position \[m\], heading \[rad\].
+pub(super) fn unsteadiness<'a>(ways: impl Iterator<Item = &'a Way>) -> [f64; 2] {
+    let (mut sum, mut count) = ([0.0; 2], 0.0);
+    for pair in ways.flat_map(|way| way.steps.windows(2)) {
+        sum[0] += (pair[1][0] - pair[0][0]).powi(2) + (pair[1][1] - pair[0][1]).powi(2);
+        sum[1] += (pair[1][2] - pair[0][2]).powi(2);
+        count += 1.0;
+    }
+    sum.map(|sum| (sum / f64::max(count, 1.0)).sqrt())
+}
+
+/// The pose so many steps on the way. A run whose log ends in motion goes on as it went, and one that begins in motion came so:
+/// clocks that disagree have poses read there.
+pub(super) fn pose_at(path: &[Pose2], place: f64) -> Pose2 {
+    let last = path.len() - 1;
+    if place < 0.0 {
+        return path[0].compose(scaled(path[0].relative(path[1]), -place).inverse());
+    }
+    if place > last as f64 {
+        return path[last].compose(scaled(path[last - 1].relative(path[last]), place - last as f64));
+    }
+    let before = (place as usize).min(last - 1);
+    within(path, before, place - before as f64)
+}
+
+/// So much of a step, on the arc that it is.
+fn scaled(step: Pose2, by: f64) -> Pose2 {
+    let direction = 0.5 * (by - 1.0) * step.heading;
+    let (sin, cos) = direction.sin_cos();
+    Pose2::new(by * (cos * step.x - sin * step.y), by * (sin * step.x + cos * step.y), by * step.heading)
+}
+
 /// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact
 /// while the robot speeds up or slows down steadily.
-pub(super) fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
+fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
     let direction = path[k].heading.sin_cos();
     let step = |of: usize| {
         let (from, to) = (path[of], path[of + 1]);
@@ -255,6 +305,30 @@ pub(super) fn subtract(changes: &mut [Step], others: &[Step]) {
 mod tests {
     use super::*;
     use crate::scene::{Feature, TwistPart};
+
+    /// On a steady arc a pose beyond either end is where the arc goes on; a robot that stands stays, and is sure to.
+    #[test]
+    fn a_way_goes_on_beyond_its_ends_as_it_went() {
+        let arc = |turn: f64| Pose2::new(turn.sin(), 1.0 - turn.cos(), turn);
+        let path: Vec<Pose2> = (0..=4).map(|k| arc(0.1 * f64::from(k))).collect();
+        for place in [-1.7, -0.4, 0.0, 4.0, 4.3, 6.0] {
+            let (found, expected) = (pose_at(&path, place), arc(0.1 * place));
+            // Chords of parts of a step are off by a 24th of the turn's square.
+            assert!(
+                found.distance(expected) < 1e-3 * 0.1 * place.abs() && (found.heading - expected.heading).abs() < 1e-12
+            );
+        }
+        let stands = [Pose2::IDENTITY; 3];
+        assert_eq!([pose_at(&stands, -3.0), pose_at(&stands, 5.0)], [Pose2::IDENTITY; 2]);
+        let way = |last: f64| {
+            let steps = vec![[0.04, 0.0, 0.0], [0.04, 0.0, 0.0], [last, 0.0, 0.0]];
+            Way { start: Pose2::IDENTITY, steps, began: 0.0, lasts: 0.3, hours: 0.0 }
+        };
+        assert_eq!(way(0.0).unlogged(0.5, [0.01, 0.02]), [0.0; 2]);
+        assert_eq!(way(0.04).unlogged(0.3, [0.01, 0.02]), [0.0; 2]);
+        let [position, heading] = way(0.04).unlogged(0.7, [0.01, 0.02]);
+        assert!((position - 0.08).abs() < 1e-12 && (heading - 0.16).abs() < 1e-12, "{position} {heading}");
+    }
 
     #[test]
     fn a_way_that_begins_in_motion_speeds_up_no_more_for_that() {

@@ -5,7 +5,7 @@ use super::run::{SETTLE, at_time, stream};
 use crate::dataset::{EncoderLog, Run, Stop};
 use crate::geometry::{Pose2, Trace};
 use crate::odometry::{DeadReckoning, OdometryParameters};
-use crate::scene::{Scene, Side, Wheel};
+use crate::scene::{Drivetrain, Scene, Side, Wheel};
 use crate::world::{Play, World, WorldError};
 use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -14,6 +14,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 const TRACE_RATE: f64 = 50.0;
 /// Time over which wheels that were turning when a log began are brought to their speed, and then held at it \[s\].
 const RUN_UP: [f64; 2] = [0.8, 0.4];
+/// The latter where drivetrains wind up, which takes the way of a slow turn \[s\].
+const WOUND_UP: f64 = 2.4;
 /// How far a wheel has turned at least on what is a way \[rad\].
 const WAY: f64 = 9e-3;
 /// How long they are taken to do so \[s\]: no log tells, and it matters to readings within a stop alone. Wheels that are let go
@@ -40,8 +42,8 @@ pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &Ato
         scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &stops, counted)).collect();
     let start = run.start.unwrap_or_default();
     let began_moving = wheels.iter().any(|wheel| wheel.initial_speed != 0.0);
-    let run_up = if began_moving { RUN_UP[0] + RUN_UP[1] } else { 0.0 };
-    let from = if began_moving { before(&scene.robot.odometry, &wheels, scene, start) } else { start };
+    let run_up = if began_moving { RUN_UP[0] + held(&scene.robot.drivetrain) } else { 0.0 };
+    let from = if began_moving { before(run_up, &wheels, scene, start) } else { start };
 
     let mut world = World::new(scene, from, stream(0, &run.name, "scatter")).map_err(in_world)?;
     let began_at: Vec<f64> = wheels.iter().map(|wheel| wheel.run_up(-run_up)).collect();
@@ -105,6 +107,8 @@ struct Rotation {
     angle: Vec<f64>,
     /// Speed where the log begins \[rad/s\]; 0 where it begins at rest.
     initial_speed: f64,
+    /// How long it is held before that \[s\].
+    held: f64,
 }
 
 impl Rotation {
@@ -136,7 +140,7 @@ impl Rotation {
             }
         }
         let initial_speed = initial_speed(&log.time, &angle);
-        Rotation { angle, initial_speed }
+        Rotation { angle, initial_speed, held: held(drivetrain) }
     }
 
     /// \[rad\]
@@ -146,13 +150,18 @@ impl Rotation {
 
     /// Rotation at `time` < 0 before the log \[rad\]: up to the initial speed, then at it.
     fn run_up(&self, time: f64) -> f64 {
-        let [ramp, hold] = RUN_UP;
+        let (ramp, hold) = (RUN_UP[0], self.held);
         let speed = self.initial_speed;
         let since = (time + ramp + hold).max(0.0);
         let whole = speed * (0.5 * ramp + hold);
         let way = if since < ramp { 0.5 * speed / ramp * since * since } else { speed * (since - 0.5 * ramp) };
         way - whole
     }
+}
+
+/// How long wheels are held at the speed that a log begins with \[s\].
+fn held(drivetrain: &Drivetrain) -> f64 {
+    if drivetrain.wind_up.unwrap_or_default() > 0.0 { WOUND_UP } else { RUN_UP[1] }
 }
 
 /// \[rad\]
@@ -205,15 +214,14 @@ impl Coasting {
     }
 }
 
-/// Where a run-up has to begin to arrive at `start`, by dead reckoning.
-fn before(odometry: &OdometryParameters, wheels: &[Rotation], scene: &Scene, start: Pose2) -> Pose2 {
+/// Where a run-up of so long \[s\] has to begin to arrive at `start`, by dead reckoning.
+fn before(run_up: f64, wheels: &[Rotation], scene: &Scene, start: Pose2) -> Pose2 {
     let side = |side: Side, time: f64| {
         let of_side = scene.robot.wheels.iter().zip(wheels).filter(|(wheel, _)| wheel.side == side);
         let angles: Vec<f64> = of_side.map(|(_, rotation)| rotation.run_up(time)).collect();
         angles.iter().sum::<f64>() / angles.len() as f64
     };
-    let mut reckoning = DeadReckoning::new(*odometry);
-    let run_up = RUN_UP[0] + RUN_UP[1];
+    let mut reckoning = DeadReckoning::new(scene.robot.odometry);
     let mut arrived = Pose2::IDENTITY;
     for part in 0..=20 {
         let time = -run_up * (1.0 - f64::from(part) / 20.0);

@@ -252,7 +252,7 @@ impl Overrun {
         Overrun {
             angle: world.scene().robot.drivetrain.stop_overrun,
             leg: 0,
-            began_at: (0..wheels).map(|wheel| world.wheel_angle(wheel)).collect(),
+            began_at: (0..wheels).map(|wheel| world.counted_angle(wheel)).collect(),
             since: None,
             direction: vec![0.0; wheels],
             lost: vec![0; wheels],
@@ -271,10 +271,10 @@ impl Overrun {
         }
         self.leg = leg;
         for wheel in 0..self.direction.len() {
-            self.direction[wheel] = (world.wheel_angle(wheel) - self.began_at[wheel]).signum();
+            self.direction[wheel] = (world.counted_angle(wheel) - self.began_at[wheel]).signum();
         }
         let counts = (0..self.direction.len()).map(|wheel| world.ticks_now(wheel)).collect();
-        let angles = (0..self.direction.len()).map(|wheel| world.wheel_angle(wheel)).collect();
+        let angles = (0..self.direction.len()).map(|wheel| world.counted_angle(wheel)).collect();
         self.since = Some((time, counts, angles));
     }
 
@@ -307,7 +307,7 @@ impl Overrun {
             let lost = world.ticks_now(wheel) - before;
             self.lost[wheel] += lost;
             logger.zero[wheel] += lost;
-            self.began_at[wheel] = world.wheel_angle(wheel);
+            self.began_at[wheel] = world.counted_angle(wheel);
             world.release(wheel);
         }
         logger.held = false;

@@ -21,7 +21,7 @@ const SKID: &str =
     "equilibrium of a steady spin under Coulomb friction: b_eff/b = 1 + k²(l/b)², k = μ_y/μ_x (evidence: quasi_static)";
 
 /// Every effect.
-pub static EFFECTS: [Effect; 21] = [
+pub static EFFECTS: [Effect; 22] = [
     Effect {
         id: "wheel_diameter_mismatch",
         family: Family::Tyres,
@@ -247,6 +247,26 @@ pub static EFFECTS: [Effect; 21] = [
         choice: None,
         needs: Needs::Nothing,
         edit: |scene, values, _| scene.robot.drivetrain.backlash += values[0],
+    },
+    Effect {
+        id: "drivetrain_wind_up",
+        family: Family::Drivetrain,
+        cause: "shafts, belts or soft tyres wind up between encoder and tread while a turn scrubs: the robot lags its counts",
+        shown_by: "logged poses where turns begin and end",
+        source: "elastic–perfectly plastic scrub: c T of the wheel's way before tread slips (evidence: effects)",
+        parameters: &[half_normal(
+            "compliance_rad_nm",
+            "lead of the encoder over the tread a newton metre",
+            0.002,
+            0.2,
+        )],
+        choice: None,
+        needs: Needs::WindUp,
+        edit: |scene, values, _| {
+            if let Some(wind_up) = &mut scene.robot.drivetrain.wind_up {
+                *wind_up += values[0];
+            }
+        },
     },
     Effect {
         id: "stop_overrun",

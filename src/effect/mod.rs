@@ -47,6 +47,8 @@ enum Needs {
     /// What makes the track of two axles is friction, of one axle where its wheels stand.
     PatchesOrOneAxle,
     FlatFloor,
+    /// Most drivetrains are as good as rigid: a model says where one may not be.
+    WindUp,
 }
 
 impl Needs {
@@ -59,6 +61,7 @@ impl Needs {
             Needs::Patches => on_patches,
             Needs::PatchesOrOneAxle => on_patches || !two_axles,
             Needs::FlatFloor => scene.floor.plane.is_some(),
+            Needs::WindUp => scene.robot.drivetrain.wind_up.is_some(),
         }
     }
 
@@ -71,6 +74,7 @@ impl Needs {
             Needs::Patches => "tyres on contact patches",
             Needs::PatchesOrOneAxle => "tyres on contact patches, or wheels on one axle",
             Needs::FlatFloor => "a flat floor",
+            Needs::WindUp => "a drivetrain whose model states `wind_up_rad_nm`, be it as 0",
         }
     }
 }

@@ -206,6 +206,11 @@ pub struct Drivetrain {
     /// How far wheels coast on after a stop while the controller does not count \[rad\].
     #[serde(rename = "stop_overrun_rad", default, deserialize_with = "non_negative")]
     pub stop_overrun: f64,
+    /// How far the side that is counted leads the tread for each newton metre between them \[rad/(N m)\]: shafts and belts
+    /// wind up, and a soft tyre's carcass between rim and tread. A file that does not state it, be it as 0, says that this
+    /// robot's do not.
+    #[serde(rename = "wind_up_rad_nm", default, deserialize_with = "optional_non_negative")]
+    pub wind_up: Option<f64>,
 }
 
 /// A wheel encoder.

@@ -68,6 +68,66 @@ impl Play {
     }
 }
 
+/// What winds up between the side of a drivetrain that is counted and the tread: with θ by which the one leads the other, the
+/// torque from the one to the other is T with θ + τ θ' = c T.
+///
+/// Taken implicitly, in one step with what both sides do, so that it is stable however stiff. Known difference: a rotor's
+/// inertia stays on the tread's side.
+#[derive(Debug, Clone)]
+pub(super) struct WindUp {
+    /// c \[rad/(N m)\]; 0 is rigid.
+    compliance: f64,
+    /// θ \[rad\]
+    lead: f64,
+    /// What the counted side turns by in the step under way \[rad\].
+    turns: f64,
+}
+
+/// What turns one side of a wind-up: its speed at the step's end without the torque between both, and what a torque takes off.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Mover {
+    /// \[rad/s\]
+    pub speed: f64,
+    /// \[rad/(N m s)\]
+    pub slows: f64,
+}
+
+impl WindUp {
+    /// τ \[s\]: rubber loses about a tenth of what it stores in a swing, here of a wheel's few hertz.
+    const DAMPING: f64 = 0.01;
+
+    pub(super) fn new(compliance: f64) -> WindUp {
+        WindUp { compliance, lead: 0.0, turns: 0.0 }
+    }
+
+    pub(super) fn is_rigid(&self) -> bool {
+        self.compliance == 0.0
+    }
+
+    /// θ \[rad\]
+    pub(super) fn lead(&self) -> f64 {
+        self.lead
+    }
+
+    /// Torque on the tread's side \[N m\] over a step of `dt`.
+    pub(super) fn torque(&mut self, counted: Mover, tread: Mover, dt: f64) -> f64 {
+        let over = dt + WindUp::DAMPING;
+        let torque = (self.lead + over * (counted.speed - tread.speed))
+            / (self.compliance + over * (counted.slows + tread.slows));
+        self.turns = (counted.speed - counted.slows * torque) * dt;
+        torque
+    }
+
+    /// The tread's side has turned by `turned` \[rad\] in this step; returns by how much the counted one has.
+    pub(super) fn counted(&mut self, turned: f64) -> f64 {
+        if self.is_rigid() {
+            return turned;
+        }
+        self.lead += self.turns - turned;
+        self.turns
+    }
+}
+
 /// Counts of one wheel as the controller gets them: quantised, and late by the latency.
 #[derive(Debug, Clone)]
 pub(super) struct Counter {

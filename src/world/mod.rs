@@ -128,8 +128,8 @@ impl World {
         self.wheels[wheel].commanded_speed = speed;
     }
 
-    /// Makes a wheel follow a log: at the end of the next step it is to stand at `angle` \[rad\]. The torque that this
-    /// takes acts on wheel and chassis, as a motor's would.
+    /// Makes a wheel follow a log: at the end of the next step its counted side, which is the wheel where nothing winds up,
+    /// is to stand at `angle` \[rad\]. The torque that this takes acts on wheel and chassis, as a motor's would.
     pub fn follow(&mut self, wheel: usize, angle: f64) {
         self.wheels[wheel].follows = Some(angle);
     }
@@ -153,6 +153,12 @@ impl World {
     /// Rotation of a wheel against the chassis since the start \[rad\].
     pub fn wheel_angle(&self, wheel: usize) -> f64 {
         self.wheels[wheel].angle
+    }
+
+    /// Rotation of the side of a wheel's drivetrain that is counted, which is the wheel's where nothing winds up, since the
+    /// start \[rad\].
+    pub fn counted_angle(&self, wheel: usize) -> f64 {
+        self.wheels[wheel].counted_angle()
     }
 
     /// Rate of [`World::wheel_angle`] \[rad/s\].

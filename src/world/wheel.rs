@@ -12,10 +12,10 @@
 //! are taken round about its axle (no imbalance), and a rotor, which turns about an axis of its own, has no part in Σ J Ω â.
 
 use super::convert;
-use super::drivetrain::{Counter, Friction, Play, SpeedLoop};
+use super::drivetrain::{Counter, Friction, Mover, Play, SpeedLoop, WindUp};
 use super::ground::{Ground, Touch};
 use super::patch::{Patch, PatchMotion};
-use crate::scene::{Robot, Tyre, Wheel};
+use crate::scene::{Drivetrain, Robot, Tyre, Wheel};
 use rapier3d::math::{Pose, Vector};
 use rapier3d::prelude::{RigidBody, RigidBodyHandle};
 
@@ -37,7 +37,7 @@ pub(super) struct RunningWheel {
     /// What the speed loop has got.
     pub prompt_ticks: i64,
     pub commanded_speed: f64,
-    /// Where the wheel is to be at the end of the step, when it follows a log instead of its motor \[rad\].
+    /// Where the counted side is to be at the end of the step, when it follows a log instead of its motor \[rad\].
     pub follows: Option<f64>,
     pub voltage: f64,
     pub motor_torque: f64,
@@ -46,6 +46,7 @@ pub(super) struct RunningWheel {
     /// Rate of `angle` \[rad/s\].
     pub speed: f64,
     play: Play,
+    wind_up: WindUp,
     /// Of the encoder \[rad\].
     pub encoder_angle: f64,
     pub load: f64,
@@ -154,6 +155,7 @@ impl RunningWheel {
             angle: 0.0,
             speed: 0.0,
             play: Play::new(robot.drivetrain.backlash),
+            wind_up: WindUp::new(robot.drivetrain.wind_up.unwrap_or_default()),
             encoder_angle: 0.0,
             load: 0.0,
             force: [0.0; 2],
@@ -170,12 +172,20 @@ impl RunningWheel {
     pub(super) fn turned(&mut self, speed: f64, turned: f64) {
         self.speed = speed;
         self.angle += turned;
-        self.encoder_angle += self.play.encoder(turned);
+        self.encoder_angle += self.play.encoder(self.wind_up.counted(turned));
+    }
+
+    /// Where the side of the drivetrain is that is counted, play apart \[rad\].
+    pub(super) fn counted_angle(&self) -> f64 {
+        self.angle + self.wind_up.lead()
     }
 
     /// Torque of motor and drivetrain friction on the wheel \[N m\]; `tyre` is what the ground does.
     pub(super) fn drive(&mut self, robot: &Robot, inertia: f64, tyre: f64, dt: f64) -> f64 {
         let drivetrain = &robot.drivetrain;
+        if !self.wind_up.is_rigid() {
+            return self.drive_elastic(drivetrain, inertia, tyre, dt);
+        }
         match self.follows {
             None => {
                 self.motor_torque = drivetrain.motor_torque(self.voltage, self.speed);
@@ -188,6 +198,21 @@ impl RunningWheel {
                 self.motor_torque
             }
         }
+    }
+
+    /// The same through a drivetrain that winds up.
+    fn drive_elastic(&mut self, drivetrain: &Drivetrain, inertia: f64, tyre: f64, dt: f64) -> f64 {
+        let counted = match self.follows {
+            None => Mover {
+                speed: self.voltage * drivetrain.no_load_speed(),
+                slows: drivetrain.no_load_speed() / drivetrain.stall_torque(),
+            },
+            Some(angle) => Mover { speed: (angle - self.counted_angle()) / dt, slows: 0.0 },
+        };
+        let drag = self.friction.torque(drivetrain, self.speed, dt);
+        let tread = Mover { speed: self.speed + (tyre + drag) / inertia * dt, slows: dt / inertia };
+        self.motor_torque = self.wind_up.torque(counted, tread, dt);
+        self.motor_torque + drag
     }
 
     /// Carries the spin of a wheel that is part of the body on by a step; returns what ground and wheel do to the body.

@@ -21,7 +21,7 @@ use treadmark::scene::{
 use treadmark::world::{Patch, PatchMotion, Play, WheelSnapshot, World};
 
 /// The physical test of each effect.
-const TESTS: [(&str, fn()); 21] = [
+const TESTS: [(&str, fn()); 22] = [
     ("wheel_diameter_mismatch", wheel_diameter_mismatch),
     ("wheel_diameter_scale", wheel_diameter_scale),
     ("axle_diameter_mismatch", axle_diameter_mismatch),
@@ -37,6 +37,7 @@ const TESTS: [(&str, fn()); 21] = [
     ("encoder_count_loss", encoder_count_loss),
     ("encoder_latency", encoder_latency),
     ("gear_backlash", gear_backlash),
+    ("drivetrain_wind_up", drivetrain_wind_up),
     ("stop_overrun", stop_overrun),
     ("start_heading_error", start_heading_error),
     ("tracked_frame_turned", tracked_frame_turned),
@@ -701,6 +702,72 @@ fn play_is_undone_by_its_inverse() {
     }
 }
 
+/// Where a drivetrain winds up by c the encoder of a wheel leads its tread by c T. Scrub has T at its full size all through a
+/// spin, μ N e/√(e² + (l/2)²) at the loaded radius, e = (b_eff − b)/2 (slip at four points), and friction adds its own; so a
+/// robot lags its counts by dψ/dφ c T, as far the other way once it spins back, and its treads' way is that of rigid
+/// drivetrains.
+#[test]
+fn drivetrain_wind_up() {
+    let plain = bench("husky_a200");
+    let compliance = 8e-3;
+    let wound = with(&plain, "drivetrain_wind_up", &[compliance], "");
+    let spun = |scene: &Scene, speed: f64| {
+        let mut world = settled(scene);
+        let (mut now, mut angle) = (0.0f64, 0.0);
+        let mut wheels: Vec<WheelSnapshot> = Vec::new();
+        [speed, -speed].map(|speed| {
+            let [before, after] = [3.0, 1.0].map(|seconds| {
+                for _ in 0..(seconds / scene.time_step) as u32 {
+                    now += (speed - now).clamp(-2.0 * scene.time_step, 2.0 * scene.time_step);
+                    angle += now * scene.time_step;
+                    for (index, wheel) in scene.robot.wheels.iter().enumerate() {
+                        world.follow(index, if wheel.side == Side::Left { -angle } else { angle });
+                    }
+                    world.step().expect("it goes on");
+                }
+                (world.pose().heading, angle)
+            });
+            world.wheel_snapshots(&mut wheels);
+            let torque = wheels.iter().map(|wheel| wheel.motor_torque.abs()).sum::<f64>() / 4.0;
+            (after.0, (after.0 - before.0) / (after.1 - before.1), torque)
+        })
+    };
+    let (b, l) = (plain.robot.track_width(), plain.robot.wheelbase());
+    let tyre = &plain.robot.wheels[0].tyre;
+    let load = plain.robot.mass() * GRAVITY / 4.0;
+    let friction = &plain.robot.drivetrain;
+    for speed in [0.4, 1.2] {
+        let (rigid, elastic) = (spun(&plain, speed), spun(&wound, speed));
+        for ((direction, rigid), elastic) in [1.0, -1.0].into_iter().zip(rigid).zip(elastic) {
+            let (heading, by_counts, torque) = rigid;
+            let e = rolling_radius(&plain) / by_counts - 0.5 * b;
+            let scrub = tyre.friction_along * load * e / e.hypot(0.5 * l) * (tyre.free_radius - tyre.squash(load));
+            close(torque, scrub, 0.03, "torque of scrub");
+            close(elastic.1, by_counts, 1e-3, "the treads' way");
+            close(
+                elastic.2,
+                torque + friction.dry_friction + friction.viscous_friction * speed,
+                0.005,
+                "and of friction",
+            );
+            // What winds up is taken implicitly, and may be a step late.
+            let late = by_counts * speed * plain.time_step;
+            within(heading - elastic.0, direction * by_counts * compliance * elastic.2, late, "lag");
+        }
+    }
+    // Driven by its motors, the encoders are ahead of the wheels by as much, and of rigid ones by a tick.
+    let tick_angle = plain.robot.odometry.angle_of_ticks(1.0);
+    for (scene, torque) in [(&plain, 0.0), (&wound, spun(&wound, 0.6)[0].2)] {
+        let (run, watch) = watched(scene, spin(PI));
+        let middle = watch.angles.len() / 2;
+        for (wheel, direction) in [(0, -1.0), (1, 1.0), (2, -1.0), (3, 1.0)] {
+            let expected = direction * compliance * torque;
+            let excess = watch.excess(scene, &run, middle, wheel);
+            within(excess, expected, 0.01 * expected.abs() + 1.01 * tick_angle, "ahead in a spin");
+        }
+    }
+}
+
 /// After each stop the wheels go on by the angle in the direction in which they went, and no log shows it: a straight of one
 /// stop is longer by R_e times it, whatever its length and either way along; a spin turns farther by 2R_e/b_eff times it.
 #[test]
@@ -948,7 +1015,7 @@ fn effects_are_increments() {
 /// bounds that hold the prior's centre, and nothing outside them is taken.
 #[test]
 fn every_entry_is_complete_and_bounded() {
-    let scenes = [bench("jnpf_4wd"), bench("optiodom")];
+    let scenes = [bench("jnpf_4wd"), bench("optiodom"), bench("husky_a200")];
     for effect in &EFFECTS {
         assert!(effect.cause.len() > 20 && effect.shown_by.len() > 10 && effect.source.len() > 5, "{}", effect.id);
         let scene = scenes.iter().find(|scene| effect.applies(scene)).expect("some robot has the part");
@@ -963,7 +1030,7 @@ fn every_entry_is_complete_and_bounded() {
             assert!(least <= centre && centre < greatest && !parameter.meaning.is_empty(), "{}", effect.id);
             let dimensionless =
                 ["ratio", "ratio_minus_one", "rate_minus_one", "fraction", "coefficient", "gradient", "per_hour"];
-            let unit = ["_m", "_rad", "_s"].iter().any(|unit| parameter.name.ends_with(unit));
+            let unit = ["_m", "_rad", "_s", "_rad_nm"].iter().any(|unit| parameter.name.ends_with(unit));
             assert!(unit || dimensionless.contains(&parameter.name), "{}.{}", effect.id, parameter.name);
             for (value, allowed) in [(least, true), (greatest, true), (least - 1e-6, false), (greatest + 1e-6, false)] {
                 let mut cause = Cause { choice: choice.clone(), ..effect.nothing() };
@@ -1165,16 +1232,19 @@ fn a_replay_of_its_own_log_goes_where_the_run_went() {
     });
 }
 
-/// A replay undoes what the scene's encoders do: lost counts, play and overrun included, the path is that of the run. Without
+/// A replay undoes what the scene's encoders do: lost counts, play, wind-up and overrun included, the path is that of the run. Without
 /// knowing of them it is another one.
 #[test]
 fn a_replay_undoes_what_encoders_do() {
     for robot in ["jnpf_4wd", "optiodom", "husky_a200"] {
         let plain = bench(robot);
         let cases = [("encoder_count_loss", 0.01, "left"), ("gear_backlash", 0.02, ""), ("stop_overrun", 0.03, "")];
+        // How far a standing wheel was wound up while it coasted is on no log either.
+        let winds_up = plain.robot.drivetrain.wind_up.map(|_| ("drivetrain_wind_up", 8e-3, ""));
         let all = cases.iter().fold(plain.clone(), |scene, (id, value, choice)| with(&scene, id, &[*value], choice));
         let scenes = cases
             .iter()
+            .chain(&winds_up)
             .map(|(id, value, choice)| (*id, with(&plain, id, &[*value], choice)))
             .chain([("all three", all)])
             .collect::<Vec<_>>();

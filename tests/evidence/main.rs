@@ -20,3 +20,4 @@ mod quasi_static;
 mod report;
 mod rig;
 mod sweep;
+mod windows;

@@ -16,7 +16,7 @@ use super::case::{Case, Cluster};
 use super::forward::{ForwardError, ForwardModel};
 use super::spots;
 use super::variant::{Axis, Coordinates, Variant, causes};
-use super::way::{ARM, Step, Way, compose, count_of, each, lasts, length, within};
+use super::way::{self, ARM, Step, Way, compose, count_of, each, lasts, length, pose_at};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Scene, Survey, TwistPart};
 use exact::{axes, nodes, simulations};
@@ -48,6 +48,8 @@ pub(super) enum Candidates<'l> {
 pub(super) struct Surrogate {
     pub survey: Survey,
     pub ways: Vec<Way>,
+    /// How much steps of the first clusters' ways differ from one to the next: position \[m\], heading \[rad\].
+    pub unsteadiness: [f64; 2],
     /// One a cluster.
     responses: Vec<Responses>,
     /// The cluster whose runs turn the robot most, and the run that stands for it.
@@ -136,7 +138,9 @@ impl Surrogate {
             .expect("a study has runs");
         let responses = vec![Responses::default(); clusters.len()];
         let (even, on_tyres) = (BTreeSet::new(), BTreeMap::new());
-        let mut surrogate = Surrogate { survey: scene.survey, responses, ways, most_turning, even, on_tyres };
+        let unsteadiness = way::unsteadiness(clusters[..used].iter().map(|cluster| &ways[cluster.reference]));
+        let survey = scene.survey;
+        let mut surrogate = Surrogate { survey, responses, ways, unsteadiness, most_turning, even, on_tyres };
         let axes = axes(variants, cases);
         let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
             .filter(|&cluster| known[cluster].is_none())
@@ -311,10 +315,8 @@ impl Surrogate {
         let at = |stamp: Option<f64>| match stamp {
             None => path[path.len() - 1],
             Some(stamp) => {
-                let steps = path.len() - 1;
-                let place = ((survey.time_of(stamp) - way.began) / way.lasts).clamp(0.0, 1.0) * steps as f64;
-                let before = (place as usize).min(steps - 1);
-                within(path, before, place - before as f64)
+                let share = (survey.time_of(stamp) - way.began) / way.lasts;
+                pose_at(path, share * (path.len() - 1) as f64)
             }
         };
         let frame = case.frame_stamp.map_or(path[0], |stamp| at(Some(stamp)));

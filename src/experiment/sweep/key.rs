@@ -102,7 +102,7 @@ static TYRE: &[TyreNumber] = &[
 
 macro_rules! numbers {
     ($($key:literal, $allowed:ident, $($place:ident).+;)*) => {
-        &[$(Number { key: $key, allowed: $allowed, set: |scene, value| scene.$($place).+ = value }),*]
+        &[$(Number { key: $key, allowed: $allowed, set: |scene, value| scene.$($place).+ = value.into() }),*]
     };
 }
 
@@ -120,6 +120,7 @@ static NUMBERS: &[Number] = numbers![
     "drivetrain.speed_window_s", Positive, robot.drivetrain.speed_window;
     "drivetrain.backlash_rad", NonNegative, robot.drivetrain.backlash;
     "drivetrain.stop_overrun_rad", NonNegative, robot.drivetrain.stop_overrun;
+    "drivetrain.wind_up_rad_nm", NonNegative, robot.drivetrain.wind_up;
     "encoder.ticks_per_revolution", Positive, robot.encoder.ticks_per_revolution;
     "encoder.rate_hz", Positive, robot.encoder.rate;
     "encoder.latency_s", NonNegative, robot.encoder.latency;
