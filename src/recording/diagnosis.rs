@@ -4,10 +4,10 @@
 //!
 //! | entity | what | timeline |
 //! |---|---|---|
-//! | `/paths/{condition}/{run}/measured`, `…/before`, `…/after` | ways \[m\], or ends where these alone were surveyed | static |
+//! | `/paths/{condition}/measured`, `…/before`, `…/after` | ways of its runs \[m\], or ends where these alone were surveyed | static |
 //! | `/one_run/measured`, `…/before`, `…/after`, `…/name` | the same, one run at a time | `run`, from 1 |
 //! | `/residuals/{condition}/before`, `…/after` | measured less predicted end \[mm, y downwards as the viewer's screen\]: an arrow a run, the mean in bold | static |
-//! | `/series/position_residual_mm/{run}/before`, `…/after` | distance of measured and predicted position | `time_in_run` |
+//! | `/series/position_residual_mm/{run}/before`, `…/after` | distance of measured and predicted position, of at most [`ALONG`] runs | `time_in_run` |
 //! | `/series/heading_residual_mrad/{run}/before`, `…/after` | measured less predicted heading | `time_in_run` |
 //! | `/by_run/position_residual_mm/before`, `…/after`, `/by_run/heading_residual_mrad/…` | the same of the ends | `run` |
 //! | `/floor`, `/result`, `/how_to_read` | the room, the answer, the words | static |
@@ -24,12 +24,15 @@ use rerun::{
     Arrows2D, LineStrip2D, LineStrip3D, LineStrips2D, LineStrips3D, Points3D, Scalars, SeriesLines, SeriesPoints,
     TextDocument,
 };
+use std::collections::BTreeSet;
 use std::f64::consts::TAU;
 use std::path::Path as FilePath;
 
 /// The stages of a diagnosis: as given, extended.
 const BEFORE: Stage = Stage { index: 0, of: 2 };
 const AFTER: Stage = Stage { index: 1, of: 2 };
+/// Runs that are drawn along the run: more are a thicket, and hundreds keep a viewer from opening.
+const ALONG: usize = 40;
 /// Readings from which on a way is drawn.
 const WAY: usize = 3;
 
@@ -58,7 +61,7 @@ pub fn diagnosis(
     paths(&stream, runs);
     one_run(&stream, runs);
     residuals(&stream, runs);
-    for run in runs {
+    for run in runs.iter().step_by(runs.len().div_ceil(ALONG).max(1)) {
         series(&stream, run);
     }
     by_run(&stream, runs);
@@ -69,7 +72,7 @@ const HOW_TO_READ: &str = "Dark and wide is what was measured, coloured is simul
     forward, **blue** clockwise or in reverse, green neither; **pale** by the model as given, **strong** by the extended \
     one. Where a strong line runs inside the dark one, the extended model is right. Arrows lead from where a run was \
     predicted to end to where it ended, thin for each run, bold for their mean; the ring is the scale. Timeline \
-    `time_in_run` is for series along a run, `run` for one run at a time and for the ends run by run.";
+    `time_in_run` is for series along a run, of forty at most, `run` for one run at a time and for the ends run by run.";
 
 /// The colour of what a condition is.
 fn hue(condition: &str) -> Rgb {
@@ -94,11 +97,6 @@ fn stamps(run: &RunReadings) -> Option<Vec<Option<f64>>> {
     let first = run.stamps.iter().copied().flatten().next()?;
     let stamped = run.stamps.iter().flatten().count();
     (stamped >= WAY).then(|| run.stamps.iter().map(|stamp| stamp.map(|stamp| stamp - first)).collect())
-}
-
-/// Names of a run below its campaign's may repeat; its number makes them unique.
-fn run_name(index: usize, run: &RunReadings) -> String {
-    format!("{}_{}", index + 1, run.name)
 }
 
 fn layout(title: &str, area: &Area, logged: bool) -> Pane {
@@ -198,21 +196,28 @@ impl Way {
     }
 }
 
-/// All runs at once.
+/// All runs at once, an entity a condition and way.
 fn paths(stream: &Stream, runs: &[RunReadings]) {
-    for (index, run) in runs.iter().enumerate() {
-        let root = Path::of(["paths", &run.condition, &run_name(index, run)]);
+    let conditions: BTreeSet<&str> = runs.iter().map(|run| run.condition.as_str()).collect();
+    for condition in conditions {
+        let of_condition = || runs.iter().filter(|run| run.condition == condition);
         for way in &WAYS {
-            let points = way.on_floor(run);
-            let (colour, path) = ((way.colour)(&run.condition), root.child(way.name));
-            let end = points.last().copied();
+            let path = Path::of(["paths", condition, way.name]);
+            let colour = (way.colour)(condition);
+            let drawn: Vec<Vec<[f32; 3]>> = of_condition().map(|run| way.on_floor(run)).collect();
             // An end that no way leads to has to catch the eye by itself.
-            let size = if points.len() >= WAY { 1.2 * way.width + 2.0 } else { 2.0 * way.width + 5.0 };
-            let ends = Points3D::new(end).with_colors([colour]).with_radii([look::points(size)]);
-            stream.fixed(path.child("end"), &ends);
-            if points.len() >= WAY {
-                let line = LineStrips3D::new([LineStrip3D::from_iter(points)]);
-                stream.fixed(path, &line.with_colors([colour]).with_radii([look::points(way.width)]));
+            let size = |points: &Vec<[f32; 3]>| match points.len() {
+                WAY.. => look::points(1.2 * way.width + 2.0),
+                _ => look::points(2.0 * way.width + 5.0),
+            };
+            let ended = || drawn.iter().filter(|points| !points.is_empty());
+            let ends = Points3D::new(ended().map(|points| points[points.len() - 1]));
+            stream.fixed(path.child("end"), &ends.with_colors([colour]).with_radii(ended().map(size)));
+            let lines: Vec<LineStrip3D> =
+                drawn.iter().filter(|points| points.len() >= WAY).map(LineStrip3D::from_iter).collect();
+            if !lines.is_empty() {
+                let lines = LineStrips3D::new(lines);
+                stream.fixed(path, &lines.with_colors([colour]).with_radii([look::points(way.width)]));
             }
         }
     }
