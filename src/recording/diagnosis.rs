@@ -7,7 +7,7 @@
 //! | `/paths/{condition}/measured`, `…/before`, `…/after` | ways of its runs \[m\], or ends where these alone were surveyed | static |
 //! | `/one_run/measured`, `…/before`, `…/after`, `…/name` | the same, one run at a time | `run`, from 1 |
 //! | `/residuals/{condition}/before`, `…/after` | measured less predicted end \[mm, y downwards as the viewer's screen\]: an arrow a run, the mean in bold | static |
-//! | `/series/position_residual_mm/{run}/before`, `…/after` | distance of measured and predicted position, of at most [`ALONG`] runs | `time_in_run` |
+//! | `/series/position_residual_mm/{run}/before`, `…/after` | distance of measured and predicted position, of forty runs at most | `time_in_run` |
 //! | `/series/heading_residual_mrad/{run}/before`, `…/after` | measured less predicted heading | `time_in_run` |
 //! | `/by_run/position_residual_mm/before`, `…/after`, `/by_run/heading_residual_mrad/…` | the same of the ends | `run` |
 //! | `/floor`, `/result`, `/how_to_read` | the room, the answer, the words | static |
