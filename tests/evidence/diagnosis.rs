@@ -280,7 +280,7 @@ fn clocks_that_disagree_move_where_the_last_campaign_is_remembered() {
 }
 
 /// Effects that are named, each alone.
-fn names(diagnosis: &Diagnosis) -> Vec<&'static str> {
+pub fn names(diagnosis: &Diagnosis) -> Vec<&'static str> {
     assert_eq!(diagnosis.verdict, Verdict::Named, "{:#?}", diagnosis.ranking);
     diagnosis.findings.iter().map(|finding| finding.effect).collect()
 }
@@ -323,7 +323,7 @@ pub fn diagnosed_together(model: &Scene, datasets: &[Dataset]) -> Diagnosis {
 }
 
 /// A cause with one number.
-fn cause(id: &str, value: f64) -> Cause {
+pub fn cause(id: &str, value: f64) -> Cause {
     Cause { values: vec![value], ..Effect::named(id).expect("known").nothing() }
 }
 

@@ -1232,8 +1232,8 @@ fn a_replay_of_its_own_log_goes_where_the_run_went() {
     });
 }
 
-/// A replay undoes what the scene's encoders do: lost counts, play, wind-up and overrun included, the path is that of the run. Without
-/// knowing of them it is another one.
+/// A replay undoes what the scene's encoders do: lost counts, play, wind-up and overrun included, the path is that of the run.
+/// Without knowing of them it is another one.
 #[test]
 fn a_replay_undoes_what_encoders_do() {
     for robot in ["jnpf_4wd", "optiodom", "husky_a200"] {

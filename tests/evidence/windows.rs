@@ -1,14 +1,12 @@
 //! Windows: runs that are cut out of one long drive, begin and end in motion, by clocks that disagree.
 
-use crate::diagnosis::diagnosed;
+use crate::diagnosis::{cause, diagnosed, names};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal, Uniform};
 use std::sync::atomic::AtomicBool;
 use treadmark::dataset::{Campaign, Dataset, EncoderLog, EncoderUnit, PoseLog, Protocol, Run, SurveyFacts};
-use treadmark::diagnose::Verdict;
 use treadmark::drive;
-use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::Simulator;
 use treadmark::geometry::Pose2;
 use treadmark::scene::Scene;
@@ -88,12 +86,9 @@ fn what_a_cut_drive_does_beyond_its_rows_is_no_cause() {
     let mut given = Scene::load("husky_a200", "lab_floor").expect("shipped");
     given.time_step = Simulator::TIME_STEP;
     let wind_up = 0.008;
-    let wound = Cause { values: vec![wind_up], ..Effect::named("drivetrain_wind_up").expect("known").nothing() };
     let offset = -0.1;
-    let found = diagnosed(&given, &windows(&wound.edit(&given), 12, offset));
-    assert_eq!(found.verdict, Verdict::Named, "{:#?}", found.ranking);
-    let names: Vec<&str> = found.findings.iter().map(|finding| finding.effect).collect();
-    assert_eq!(names, ["drivetrain_wind_up", "survey_time_offset"], "{:#?}", found.ranking);
+    let found = diagnosed(&given, &windows(&cause("drivetrain_wind_up", wind_up).edit(&given), 12, offset));
+    assert_eq!(names(&found), ["drivetrain_wind_up", "survey_time_offset"], "{:#?}", found.ranking);
     let truths: [&[f64]; 2] = [&[wind_up], &[offset, 0.0]];
     for (finding, truths) in found.findings.iter().zip(truths) {
         for (parameter, truth) in finding.parameters.iter().zip(truths) {
