@@ -64,6 +64,9 @@ pub(super) struct Kind {
     column: DVector<f64>,
 }
 
+/// How many kinds there are of errors in parts of a way; they come before those in all of it.
+pub(super) const KINDS_OF_PARTS: usize = PARTS * 6;
+
 /// Change of a run's readings by each kind of error, in each part of its way and in all of it.
 pub(super) fn kinds(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> Vec<Kind> {
     // Small against everything that bends the way.

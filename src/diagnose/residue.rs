@@ -3,6 +3,10 @@
 //! Whatever the model gets wrong about the motion, it gets wrong again in the next campaign of the same kind. So a diagnosis
 //! that knows what the last campaign left looks at what has changed: the error of the motion (`doubt`) has the last
 //! campaign's posterior for its prior, and that is as sharp as the last campaign's mean.
+//!
+//! Errors all along a way are what causes look like, and are remembered as they were found. Errors part by part are many, and
+//! what is found of them is mostly noise: they are remembered as far as they are likelier to be the model's than noise
+//! (empirical Bayes: MacKay, *Neural Comput.* 4 (1992) 415–447).
 
 use super::Study;
 use super::case::{Case, Cluster, Reading, near};
@@ -15,10 +19,10 @@ use super::way::{Way, compose};
 use crate::dataset::Protocol;
 use crate::geometry::Pose2;
 use crate::scene::{Residue, Scene};
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
-/// Share of each part of a way that a model may be wrong by where the last campaign tells: so wide that it does.
+/// Share of a way that a model may be wrong by all along it where the last campaign tells: so wide that it does.
 const WIDE: f64 = 3e-3;
 
 /// What the last campaign says of the model's error in one cluster: of its kinds, in the order of `columns`.
@@ -27,6 +31,8 @@ pub(super) struct Memory {
     information: DMatrix<f64>,
     /// Information times what was found.
     found: DVector<f64>,
+    /// Share that the model's errors in parts of the way are likeliest to be of, given what was left.
+    of_parts: f64,
 }
 
 /// The model's error in one cluster: what is expected of it, and a factor of its covariance.
@@ -102,16 +108,43 @@ impl Memory {
             .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
             .collect();
         let left = linear::whitened(&factor, &flatten(&read, &left));
-        Memory { information: columns.tr_mul(&columns) * residue.runs, found: columns.tr_mul(&left) * residue.runs }
+        Memory::new(columns.tr_mul(&columns) * residue.runs, columns.tr_mul(&left) * residue.runs)
+    }
+
+    fn new(information: DMatrix<f64>, found: DVector<f64>) -> Memory {
+        let mut memory = Memory { information, found, of_parts: 0.0 };
+        let shares = doubt::SHARES.into_iter().filter(|share| *share > 0.0);
+        let likeliest = shares.max_by(|a, b| memory.log_evidence(*a).total_cmp(&memory.log_evidence(*b)));
+        memory.of_parts = likeliest.expect("shares above none");
+        memory
+    }
+
+    /// Share that each kind may be of before the last campaign: in parts of the way `of_parts`, all along it and of the survey
+    /// `WIDE`, and none less than `least`.
+    fn shares(&self, of_parts: f64, least: f64) -> DVector<f64> {
+        let share = |kind: usize, _| if kind < doubt::KINDS_OF_PARTS { of_parts } else { WIDE }.max(least);
+        DVector::from_fn(self.found.len(), share)
+    }
+
+    /// Factor of the inverse covariance of the model's error after the last campaign, which may be of these `shares` before it.
+    fn posterior(&self, shares: &DVector<f64>) -> Cholesky<f64, Dyn> {
+        let precision = DMatrix::from_diagonal(&shares.map(|share| share.powi(-2))) + &self.information;
+        Cholesky::new(precision).expect("a precision with a floor is positive")
+    }
+
+    /// ln evidence of what was left, where errors of parts are of that share, but for what does not hang on it.
+    fn log_evidence(&self, of_parts: f64) -> f64 {
+        let shares = self.shares(of_parts, 0.0);
+        let factor = self.posterior(&shares);
+        let mean = factor.solve(&self.found);
+        self.found.dot(&mean) / 2.0 - linear::half_log_det(&factor) - shares.map(f64::ln).sum()
     }
 
     /// The model's error, where it may be wrong by `share` at least.
     pub fn expected(&self, share: f64) -> Expected {
-        let kinds = self.found.len();
-        let precision = DMatrix::identity(kinds, kinds) * share.max(WIDE).powi(-2) + &self.information;
-        let factor = Cholesky::new(precision).expect("a precision with a floor is positive");
-        let mut spread = DMatrix::identity(kinds, kinds);
-        factor.l_dirty().solve_lower_triangular_mut(&mut spread);
+        let factor = self.posterior(&self.shares(self.of_parts, share));
+        let mut spread = DMatrix::identity(self.found.len(), self.found.len());
+        linear::whiten(&factor, &mut spread);
         Expected { mean: factor.solve(&self.found), spread }
     }
 }
@@ -214,6 +247,48 @@ fn rounded(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// So many kinds besides those of parts.
+    const BESIDES: usize = 2;
+
+    /// What is remembered of a campaign that shows each kind of error to a share of 1e-4 and left so much of it.
+    fn remembered(left: impl Fn(usize) -> f64) -> Memory {
+        let kinds = doubt::KINDS_OF_PARTS + BESIDES;
+        let information = DMatrix::identity(kinds, kinds) * 1e8;
+        let found = DVector::from_fn(kinds, |kind, _| left(kind) * 1e8);
+        Memory::new(information, found)
+    }
+
+    /// Of either sign in turn.
+    fn in_turn(kind: usize) -> f64 {
+        if kind.is_multiple_of(2) { 1.0 } else { -1.0 }
+    }
+
+    #[test]
+    fn noise_that_was_left_of_parts_is_not_expected_again_but_an_error_is() {
+        let noise = remembered(|kind| 1e-4 * in_turn(kind));
+        assert_eq!(noise.of_parts, 1e-4);
+        assert!((noise.expected(0.0).mean[0] - 0.5e-4).abs() < 1e-9);
+        let error = remembered(|kind| 1.6e-3 * in_turn(kind));
+        assert_eq!(error.of_parts, 1.6e-3);
+        assert!((error.expected(0.0).mean[0] - 1.6e-3).abs() < 1e-5);
+        // A model that is known to be wrong by more is held to what was left of it.
+        assert!(noise.expected(1.6e-3).mean[0] > 0.99e-4);
+    }
+
+    #[test]
+    fn what_was_left_all_along_the_way_is_expected_again() {
+        let memory = remembered(|kind| if kind < doubt::KINDS_OF_PARTS { 0.0 } else { 1e-4 });
+        assert_eq!(memory.of_parts, 1e-4);
+        let expected = memory.expected(0.0);
+        for kind in doubt::KINDS_OF_PARTS..doubt::KINDS_OF_PARTS + BESIDES {
+            assert!(expected.mean[kind] > 0.99e-4, "{}", expected.mean[kind]);
+        }
+        // 1 / (1e8 + 1/width^2), by width.
+        let variance = expected.spread.tr_mul(&expected.spread).diagonal();
+        assert!((variance[0] * 2e8 - 1.0).abs() < 1e-9);
+        assert!((variance[doubt::KINDS_OF_PARTS] * (1e8 + WIDE.powi(-2)) - 1.0).abs() < 1e-9);
+    }
 
     #[test]
     fn a_model_that_leaves_clearly_more_than_the_fit_is_another() {
