@@ -3,7 +3,7 @@
 use super::Outcome;
 use super::options::{positive, set_threads};
 use super::output;
-use super::watch::progress_bar;
+use super::progress::progress_bar;
 use crate::experiment::certify::{self, Progress};
 use crate::report::{certify as report, plot};
 use crate::scene::{DEFAULT_TIME_STEP, Scene, WORLDS};

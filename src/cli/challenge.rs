@@ -2,6 +2,7 @@
 
 use super::options::{SceneOptions, set_threads};
 use super::output;
+use super::progress::{progress_bar, simulations};
 use super::watch::stop_on_ctrl_c;
 use crate::diagnose::Options;
 use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, Simulator, score};
@@ -25,6 +26,9 @@ pub(super) struct Arguments {
     /// Draw the world with another tyre law than the model's: other stiffness, other friction, or rigid cylinders
     #[arg(long)]
     mismatch: bool,
+    /// With --mismatch: campaigns of that world before anything is hidden, on which the model is extended first
+    #[arg(long, value_name = "N", requires = "mismatch", default_value_t = 1, value_parser = clap::value_parser!(u16).range(1..=100))]
+    clean: u16,
     /// Let the diagnosis keep to the model's law of tyres, also where another serves better
     #[arg(long)]
     hold_tyres: bool,
@@ -90,6 +94,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
             Campaign::Full => CampaignKind::Full,
         },
         mismatch: arguments.mismatch,
+        clean_campaigns: usize::from(arguments.clean),
     };
     if !arguments.score {
         let draw = challenge.draw(&scene, stop)?;
@@ -98,9 +103,19 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         println!("a campaign with something hidden is in {}; the truth is in truth.json there", folder.display());
         return Ok(());
     }
-    let mut watch = |scored: &Scored| eprintln!("{}", report::line(scored));
     let options = Options { other_tyres: !arguments.hold_tyres, ..Options::default() };
-    let result = score(&scene, challenge, arguments.seeds.0..arguments.seeds.1, &options, &mut watch, stop)?;
+    let seeds = arguments.seeds.0..arguments.seeds.1;
+    let bar = progress_bar(0, "simulations");
+    let progress = simulations(&bar, "draws");
+    let (draws, mut done) = (seeds.end - seeds.start, 0);
+    let mut watch = |scored: &Scored| {
+        done += 1;
+        bar.suspend(|| eprintln!("{}", report::line(scored)));
+        bar.set_message(format!("{done}/{draws} draws"));
+    };
+    let result = score(&scene, challenge, seeds, &options, &mut watch, &progress, stop);
+    bar.finish_and_clear();
+    let result = result?;
     if arguments.scene.json {
         println!("{:#}", report::json(&result));
     } else {

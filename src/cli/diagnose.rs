@@ -2,7 +2,8 @@
 
 use super::options::{positive, set_threads};
 use super::output;
-use super::watch::{progress_bar, stop_on_ctrl_c};
+use super::progress::{progress_bar, simulations};
+use super::watch::stop_on_ctrl_c;
 use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
 use crate::effect::{Cause, ExtendedModel, load_scene};
@@ -12,7 +13,6 @@ use crate::scene::{Doubt, ROBOTS, WORLDS};
 use anyhow::Context;
 use clap::Args;
 use std::path::PathBuf;
-use std::time::Duration;
 
 /// Arguments of `treadmark diagnose`.
 #[derive(Args)]
@@ -72,13 +72,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
 
     let simulator = Simulator::new(&given, stop_on_ctrl_c());
     let bar = progress_bar(0, "simulations");
-    // A search through many causes can take longer than what was simulated for it: the clock goes on.
-    bar.enable_steady_tick(Duration::from_secs(1));
-    let progress = |done: usize, of: usize| {
-        bar.set_length(of as u64);
-        bar.set_position(done as u64);
-        bar.set_message(if done < of { "what each cause would do" } else { "which causes these data ask for" });
-    };
+    let progress = simulations(&bar, "which causes these data ask for");
     let options = Options {
         most_causes: usize::from(arguments.most_causes),
         response_error: [arguments.response_error / 1.5, arguments.response_error],

@@ -2,7 +2,8 @@
 
 use super::options::{self, SceneOptions, positive};
 use super::output;
-use super::watch::{Watcher, progress_bar, stop_on_ctrl_c};
+use super::progress::progress_bar;
+use super::watch::{Watcher, stop_on_ctrl_c};
 use crate::drive::Observer;
 use crate::experiment::{self, Experiment, Plan, StageRun};
 use crate::report::{json::ExperimentJson, page, text};

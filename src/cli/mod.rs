@@ -15,6 +15,7 @@ mod options;
 mod output;
 mod power;
 mod predict;
+mod progress;
 #[cfg(feature = "recording")]
 mod record;
 mod report;

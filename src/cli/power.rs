@@ -1,6 +1,7 @@
 //! `treadmark power`: what a campaign could show, before anyone drives it.
 
 use super::options::{SceneOptions, set_threads};
+use super::progress::{progress_bar, simulations};
 use super::watch::stop_on_ctrl_c;
 use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
@@ -49,10 +50,13 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         }
     };
     let simulator = Simulator::new(&scene, stop);
-    let study = Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &|_, _| {})?;
+    let bar = progress_bar(0, "simulations");
+    let progress = simulations(&bar, "what this campaign could show");
+    let study = Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &progress)?;
     let study =
         if arguments.campaign == "squares" || arguments.campaign == "full" { study.repeated(&counts) } else { study };
     let (blind, alike) = (study.blind(), study.alike());
+    bar.finish_and_clear();
     if arguments.scene.json {
         println!("{}", serde_json::to_string_pretty(&crate::report::json::power(&blind, &alike))?);
     } else {

@@ -1,13 +1,12 @@
 //! `treadmark sweep`: one thing at many points of a plan, and shards put together.
 
 use super::options::set_threads;
-use super::watch::{progress_bar, stop_on_ctrl_c};
+use super::progress::progress_bar;
+use super::watch::stop_on_ctrl_c;
 use crate::experiment::sweep::{Plan, Progress, Shard, Sweep, Swept, merge};
 use crate::report::json::SweptJson;
 use clap::Args;
-use std::io::IsTerminal;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
 use std::time::{Duration, Instant};
 
 /// Arguments of `treadmark sweep`.
@@ -32,9 +31,6 @@ pub(super) struct Arguments {
     #[arg(long)]
     json: bool,
 }
-
-/// How often a log gets a line of progress.
-const LOGGED: Duration = Duration::from_secs(10);
 
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     set_threads(arguments.threads)?;
@@ -68,22 +64,10 @@ fn sweep(arguments: &Arguments, plan: &Path, out: &Path) -> anyhow::Result<()> {
     let shard = arguments.shard.unwrap_or(Shard::WHOLE);
     let stop = stop_on_ctrl_c();
     let began = Instant::now();
-    let bar = progress_bar(shard.points(sweep.plan().len()).count(), "runs").with_message("");
-    let logged = (!std::io::stderr().is_terminal()).then(|| Mutex::new(began));
+    let bar = progress_bar(shard.points(sweep.plan().len()).count(), "points");
     let watch = |progress: &Progress| {
         bar.set_position((progress.before + progress.since) as u64);
         bar.set_message(rate(progress, began.elapsed()));
-        let Some(logged) = &logged else { return };
-        let mut last = logged.lock().unwrap_or_else(|broken| broken.into_inner());
-        if last.elapsed() >= LOGGED {
-            *last = Instant::now();
-            eprintln!(
-                "{}/{} points, {}",
-                progress.before + progress.since,
-                progress.points,
-                rate(progress, began.elapsed())
-            );
-        }
     };
     let swept = sweep.run(out, shard, &watch, stop);
     bar.finish_and_clear();

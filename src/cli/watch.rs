@@ -1,9 +1,9 @@
-//! Progress on stderr, Ctrl-C, and the recording of what goes on.
+//! Ctrl-C, and what an experiment tells of its runs: progress, recordings, datasets.
 
 use crate::dataset::DatasetError;
 use crate::drive::{Observer, SimulatedRun};
 use crate::experiment::{Experiment, Stage, StageRun, Watch};
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use std::path::Path;
 use std::sync::OnceLock;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -24,13 +24,6 @@ pub(super) fn stop_on_ctrl_c() -> &'static AtomicBool {
         }
     });
     &STOP
-}
-
-/// A bar over so many `things`, as runs, on stderr; nothing where stderr is no terminal.
-pub(super) fn progress_bar(count: usize, things: &str) -> ProgressBar {
-    let template = format!("{{bar:40.cyan/blue}} {{pos}}/{{len}} {things}  {{msg}}  {{elapsed_precise}}");
-    let style = ProgressStyle::with_template(&template);
-    ProgressBar::new(count as u64).with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
 /// Watches an experiment for a progress bar and, where there is one, a recording.

@@ -21,11 +21,14 @@ fn base() -> Scene {
 
 fn scored(data: DataKind, seeds: std::ops::Range<u64>) -> Score {
     let effects = EffectsKind::Mixed;
-    of(Challenge { seed: 0, data, effects, campaign: CampaignKind::Squares, mismatch: false }, seeds)
+    of(
+        Challenge { seed: 0, data, effects, campaign: CampaignKind::Squares, mismatch: false, clean_campaigns: 1 },
+        seeds,
+    )
 }
 
 fn of(challenge: Challenge, seeds: std::ops::Range<u64>) -> Score {
-    score(&base(), challenge, seeds, &Options::default(), &mut |_| {}, &GO_ON).expect("it can be scored")
+    score(&base(), challenge, seeds, &Options::default(), &mut |_| {}, &|_, _| {}, &GO_ON).expect("it can be scored")
 }
 
 /// What the extended models gain on another campaign of the same world, over what the truth does.
@@ -36,8 +39,14 @@ fn gained(score: &Score) -> f64 {
 
 /// Squares that the robot of `world` drives, as one notes them who takes it for `model`.
 fn squares(world: &Scene, model: &Scene, data: DataKind, seed: u64) -> Dataset {
-    let challenge =
-        Challenge { seed, data, effects: EffectsKind::None, campaign: CampaignKind::Squares, mismatch: false };
+    let challenge = Challenge {
+        seed,
+        data,
+        effects: EffectsKind::None,
+        campaign: CampaignKind::Squares,
+        mismatch: false,
+        clean_campaigns: 1,
+    };
     let mut dataset = challenge.draw(world, &GO_ON).expect("it can be driven").dataset;
     dataset.campaign.odometry = Some(model.robot.odometry);
     dataset
@@ -117,6 +126,7 @@ fn what_is_in_no_catalogue_is_not_explained() {
         effects: EffectsKind::Outside,
         campaign: CampaignKind::Squares,
         mismatch: false,
+        clean_campaigns: 1,
     };
     let result = of(outside, 500..504);
     assert_eq!(result.count(Tally::Wrong) + result.count(Tally::Missed), 0, "{:#?}", result.draws);
@@ -135,6 +145,7 @@ fn causes_beside_a_formula_do_together_what_they_were_fitted_to_do() {
         effects: EffectsKind::Outside,
         campaign: CampaignKind::Squares,
         mismatch: false,
+        clean_campaigns: 1,
     };
     let found = diagnosed(&base(), &tethered.draw(&base(), &GO_ON).expect("it can be driven").dataset);
     assert_eq!(found.verdict, Verdict::Unexplained);
@@ -190,6 +201,7 @@ fn hidden_effects_are_found_on_tyres_that_the_model_does_not_know() {
         effects: EffectsKind::One,
         campaign: CampaignKind::Squares,
         mismatch: true,
+        clean_campaigns: 1,
     };
     let result = of(mismatch, 600..604);
     let lost = result.count(Tally::Wrong) + result.count(Tally::Missed);
@@ -595,8 +607,14 @@ fn causes_that_work_together_are_found_as_large_as_they_are() {
 }
 
 fn draw(effects: EffectsKind, seed: u64) -> Dataset {
-    let challenge =
-        Challenge { seed, data: DataKind::EndPoints, effects, campaign: CampaignKind::Squares, mismatch: false };
+    let challenge = Challenge {
+        seed,
+        data: DataKind::EndPoints,
+        effects,
+        campaign: CampaignKind::Squares,
+        mismatch: false,
+        clean_campaigns: 1,
+    };
     challenge.draw(&base(), &GO_ON).expect("it can be driven").dataset
 }
 
@@ -656,7 +674,7 @@ fn an_answer_is_held_to_its_own_account() {
 fn runs_held_out_do_not_change_the_answer_and_judge_it() {
     let of = |seed, campaign| {
         let (data, effects) = (DataKind::EndPoints, EffectsKind::One);
-        let challenge = Challenge { seed, data, effects, campaign, mismatch: false };
+        let challenge = Challenge { seed, data, effects, campaign, mismatch: false, clean_campaigns: 1 };
         challenge.draw(&base(), &GO_ON).expect("it can be driven").dataset
     };
     let (squares, mut more) = (of(11, CampaignKind::Squares), of(12, CampaignKind::Full));

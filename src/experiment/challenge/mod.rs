@@ -48,6 +48,8 @@ pub struct Challenge {
     pub campaign: CampaignKind,
     /// Whether the world has another tyre law than the diagnosis knows.
     pub mismatch: bool,
+    /// With another tyre law: campaigns of the world before anything is hidden, on which the diagnosis first extends its model.
+    pub clean_campaigns: usize,
 }
 
 /// A draw: the world as it is, and what a lab noted of it.
@@ -63,8 +65,8 @@ pub struct Draw {
     pub world: Scene,
     /// The campaign that is to be diagnosed.
     pub dataset: Dataset,
-    /// With another tyre law: a campaign of the same world before anything was hidden.
-    pub clean_dataset: Option<Dataset>,
+    /// With another tyre law: campaigns of the same world before anything was hidden.
+    pub clean_datasets: Vec<Dataset>,
 }
 
 /// The survey of a challenge: readings on the way remember their noise for half a second.
@@ -90,14 +92,14 @@ impl Challenge {
         let outside = outside.then(|| something_else(&mut world, &mut rng));
         let name = format!("challenge-{}", self.seed);
         let dataset = drive_campaign(&world, self.campaign, self.data, self.seed, &name, stop)?;
-        let clean_dataset = self
-            .mismatch
-            .then(|| {
-                let seed = drive::derived_seed(self.seed, "clean");
-                drive_campaign(&clean, self.campaign, self.data, seed, &format!("{name}-clean"), stop)
+        let clean_datasets = (1..=if self.mismatch { self.clean_campaigns } else { 0 })
+            .map(|number| {
+                let which = Draw::clean_name(number);
+                let seed = drive::derived_seed(self.seed, &which);
+                drive_campaign(&clean, self.campaign, self.data, seed, &format!("{name}-{which}"), stop)
             })
-            .transpose()?;
-        Ok(Draw { causes, outside, clean, world, dataset, clean_dataset })
+            .collect::<Result<_, _>>()?;
+        Ok(Draw { causes, outside, clean, world, dataset, clean_datasets })
     }
 
     /// What is hidden, and whether it is none of the catalogue.
@@ -128,15 +130,20 @@ impl Challenge {
 }
 
 impl Draw {
-    /// Writes the campaign to `folder` as a dataset, the clean campaign where there is one to `clean` in it, and what was
-    /// hidden to `truth.json`, which nothing but a scorer should read.
+    /// What a campaign before anything was hidden is called, from 1 on: `clean`, `clean-2`, …
+    fn clean_name(number: usize) -> String {
+        if number == 1 { "clean".to_owned() } else { format!("clean-{number}") }
+    }
+
+    /// Writes the campaign to `folder` as a dataset, the clean campaigns where there are any to `clean`, `clean-2`, … in it, and
+    /// what was hidden to `truth.json`, which nothing but a scorer should read.
     ///
     /// # Errors
     /// A file that cannot be written.
     pub fn write(&self, folder: &std::path::Path) -> Result<(), DatasetError> {
         self.dataset.write(folder)?;
-        if let Some(clean) = &self.clean_dataset {
-            clean.write(&folder.join("clean"))?;
+        for (number, clean) in (1..).zip(&self.clean_datasets) {
+            clean.write(&folder.join(Draw::clean_name(number)))?;
         }
         let causes: Vec<serde_json::Value> = self
             .causes

@@ -113,7 +113,8 @@ pub enum ScoreError {
     Diagnose(#[from] DiagnoseError),
 }
 
-/// Draws, diagnoses with these options and scores a range of seeds; `watch` is told of each.
+/// Draws, diagnoses with these options and scores a range of seeds; `watch` is told of each, and `progress` how many of the
+/// simulations that all of them share are done.
 ///
 /// # Errors
 /// A run that cannot be driven or diagnosed.
@@ -123,6 +124,7 @@ pub fn score(
     seeds: std::ops::Range<u64>,
     options: &Options,
     watch: &mut dyn FnMut(&Scored),
+    progress: &(dyn Fn(usize, usize) + Sync),
     stop: &AtomicBool,
 ) -> Result<Score, ScoreError> {
     // The world is made of the model: but for another tyre law, nothing of it is in doubt.
@@ -132,7 +134,7 @@ pub fn score(
     let simulator = Simulator::new(base, stop);
     let on_tyres = |contact| -> Result<Library, ScoreError> {
         let scene = Scene { contact, ..base.clone() };
-        library(&Simulator::new(&scene, stop), challenge.campaign, challenge.data)
+        library(&Simulator::new(&scene, stop), challenge.campaign, challenge.data, progress)
     };
     let libraries = Libraries {
         contact: base.contact,
@@ -176,10 +178,15 @@ impl Libraries {
 }
 
 /// Responses of the robot as the diagnosis knows it.
-fn library(simulator: &Simulator<'_>, kind: CampaignKind, data: DataKind) -> Result<Library, ScoreError> {
+fn library(
+    simulator: &Simulator<'_>,
+    kind: CampaignKind,
+    data: DataKind,
+    progress: &(dyn Fn(usize, usize) + Sync),
+) -> Result<Library, ScoreError> {
     let scene = surveyed(simulator.scene());
     let (dataset, _) = noise_free(&scene, &scene, kind, data, simulator.stop())?;
-    let study = Study::new(&[dataset], &[], simulator, Options::default(), None, &|_, _| {})?;
+    let study = Study::new(&[dataset], &[], simulator, Options::default(), None, progress)?;
     Ok(study.library())
 }
 
@@ -194,10 +201,10 @@ fn one(
 ) -> Result<Scored, ScoreError> {
     let draw = challenge.draw(base, stop)?;
     let began = Instant::now();
-    // With another tyre law the model is first extended on a clean campaign of that world, as a user would.
-    let extended = match &draw.clean_dataset {
-        None => None,
-        Some(clean) => {
+    // With another tyre law the model is first extended on clean campaigns of that world, as a user would.
+    let extended = match draw.clean_datasets.as_slice() {
+        [] => None,
+        clean => {
             let mut study = study_of(clean, simulator, options, Some(libraries))?;
             let found = study.diagnose()?;
             let extended = found.extended(base, study.gain()?.map_or(0.0, |gain| gain.motion_error));
@@ -210,7 +217,7 @@ fn one(
         None => (simulator, Some(libraries)),
         Some((model, known)) => (model, *known),
     };
-    let mut study = study_of(&draw.dataset, model, options, known)?;
+    let mut study = study_of(std::slice::from_ref(&draw.dataset), model, options, known)?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
     let held_out = study.gain()?;
@@ -240,14 +247,14 @@ fn one(
 /// What the command works on: `known` responses, on the model's tyres and on others, serve where the misfit is not so strong
 /// that they have to be simulated anew.
 fn study_of<'m>(
-    dataset: &Dataset,
+    datasets: &[Dataset],
     model: &'m Simulator<'_>,
     options: &Options,
     known: Option<&'m Libraries>,
 ) -> Result<Study<'m>, DiagnoseError> {
     let contact = model.scene().contact;
     let [known, other] = [contact, contact.other()].map(|contact| known.and_then(|known| known.on(contact)));
-    let of = |known| Study::new(std::slice::from_ref(dataset), &[], model, options.clone(), known, &|_, _| {});
+    let of = |known| Study::new(datasets, &[], model, options.clone(), known, &|_, _| {});
     let study = of(known)?;
     let study = if known.is_some() && !study.may_carry() { of(None)? } else { study };
     Ok(study.knowing_other_tyres(other))

@@ -197,9 +197,11 @@ impl Job<'_> {
                 _ => CampaignKind::Squares,
             },
             mismatch: plan.mismatch,
+            clean_campaigns: 1,
         };
+        let seeds = self.seed..self.seed + 1;
         let score =
-            experiment::score(&self.scene, challenge, self.seed..self.seed + 1, &Options::default(), &mut |_| {}, stop)
+            experiment::score(&self.scene, challenge, seeds, &Options::default(), &mut |_| {}, &|_, _| {}, stop)
                 .map_err(|error| error.to_string())?;
         let scored = score.draws.first().ok_or("nothing was drawn")?;
         let count = |value: usize| Cell::Whole(value as u64);
