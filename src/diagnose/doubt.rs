@@ -141,11 +141,10 @@ impl Study<'_> {
             let condition = self.conditions[cluster.condition].label();
             let kinds = kinds(&self.surrogate, case, &way, &survey);
             let lasting = lasting(&kinds);
-            let (columns, memory) = match residue::of_last(self.model.scene(), case, &condition) {
-                None => (lasting, None),
-                Some(residue) => {
-                    (residue::columns(self, case, &way, at, &lasting), Some(Memory::of(self, residue, case, given)))
-                }
+            let memory = Memory::of(self, residue::of_last(self.model.scene(), case, &condition), case, given);
+            let columns = match memory {
+                None => lasting,
+                Some(_) => residue::columns(self, case, &way, at, &lasting),
             };
             MotionError { columns, transient: transient(kinds), memory }
         };

@@ -228,7 +228,8 @@ impl<'m> Study<'m> {
         surrogate.add_terms(&clusters, &variants);
         // Where the last campaign is remembered, what it left is known better than what a calibration would find.
         let remembers = |cluster: &Cluster| {
-            residue::of_last(scene, &cases[cluster.reference], &conditions[cluster.condition].label()).is_some()
+            let label = conditions[cluster.condition].label();
+            residue::of_last(scene, &cases[cluster.reference], &label).next().is_some()
         };
         let in_doubt = !clusters[..used_clusters].iter().all(remembers);
         for (id, doubt) in CALIBRATED.into_iter().zip(calibrated(scene.robot.doubt)) {

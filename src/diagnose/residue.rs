@@ -4,6 +4,8 @@
 //! that knows what the last campaign left looks at what has changed: the error of the motion (`doubt`) has the last
 //! campaign's posterior for its prior, and that is as sharp as the last campaign's mean.
 //!
+//! Several campaigns that were diagnosed together leave each their own, of one error of the model: what they say adds up.
+//!
 //! Errors all along a way are what causes look like, and are remembered as they were found. Errors part by part are many, and
 //! what is found of them is mostly noise: they are remembered as far as they are likelier to be the model's than noise
 //! (empirical Bayes: MacKay, *Neural Comput.* 4 (1992) 415–447).
@@ -25,7 +27,7 @@ use rayon::prelude::*;
 /// Share of a way that a model may be wrong by all along it where the last campaign tells: so wide that it does.
 const WIDE: f64 = 3e-3;
 
-/// What the last campaign says of the model's error in one cluster: of its kinds, in the order of `columns`.
+/// What the last campaigns say of the model's error in one cluster: of its kinds, in the order of `columns`.
 pub(super) struct Memory {
     /// Information matrix.
     information: DMatrix<f64>,
@@ -42,15 +44,15 @@ pub(super) struct Expected {
     pub spread: DMatrix<f64>,
 }
 
-/// What the last campaign left of runs like this one.
-pub(super) fn of_last<'s>(scene: &'s Scene, case: &Case, condition: &str) -> Option<&'s Residue> {
-    let alike = |residue: &&Residue| {
+/// What the last campaigns left of runs like this one, each campaign its own.
+pub(super) fn of_last<'s>(scene: &'s Scene, case: &Case, condition: &str) -> impl Iterator<Item = &'s Residue> {
+    let alike = move |residue: &&Residue| {
         let [x, y, heading] = residue.start;
         residue.condition == condition
             && residue.at.is_empty() != case.replayed
             && near(Pose2::new(x, y, heading), case.run.start.unwrap_or_default())
     };
-    scene.robot.residues.iter().find(alike)
+    scene.robot.residues.iter().filter(alike)
 }
 
 /// What errors of the `motion` do to a run's readings, and errors of the survey: each as large as is plausible of it where the
@@ -80,35 +82,42 @@ pub(super) fn columns(
     DMatrix::from_columns(&all)
 }
 
+/// What one campaign's residue tells of the kinds of error in runs like `case`: information matrix, and that times what was found.
+fn told(study: &Study<'_>, residue: &Residue, case: &Case, way: &Way) -> (DMatrix<f64>, DVector<f64>) {
+    let (scene, surrogate) = (study.model.scene(), &study.surrogate);
+    let heading = (!residue.heading.is_empty()).then_some(0.0);
+    let reading = |stamp: Option<f64>| Reading { stamp, x: 0.0, y: 0.0, heading };
+    // As the runs of then were read, but on the way of now: a robot that stops longer is where it is later.
+    let stamps = |at: &[f64]| way.times_of(at.iter().copied()).into_iter().map(|time| Some(scene.survey.stamp(time)));
+    let read = Case {
+        readings: if residue.at.is_empty() { vec![reading(None)] } else { stamps(&residue.at).map(reading).collect() },
+        frame_stamp: stamps(residue.frame_at.as_slice()).next().flatten(),
+        ..case.clone()
+    };
+    let path = compose(way.start, &way.steps);
+    let factor = shapes::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
+    let survey = surrogate.survey_in(read.campaign, scene, &[], &study.variants);
+    let motion = doubt::lasting(&doubt::kinds(surrogate, &read, way, &survey));
+    let mut columns = columns(study, &read, way, &[], &motion);
+    linear::whiten(&factor, &mut columns);
+    let left: Vec<Pose2> = (0..residue.x.len())
+        .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
+        .collect();
+    let left = linear::whitened(&factor, &flatten(&read, &left));
+    (columns.tr_mul(&columns) * residue.runs, columns.tr_mul(&left) * residue.runs)
+}
+
 impl Memory {
-    /// What the last campaign left says of runs like `case`, which stands for a cluster.
-    pub fn of(study: &Study<'_>, residue: &Residue, case: &Case, way: &Way) -> Memory {
-        let (scene, surrogate) = (study.model.scene(), &study.surrogate);
-        let heading = (!residue.heading.is_empty()).then_some(0.0);
-        let reading = |stamp: Option<f64>| Reading { stamp, x: 0.0, y: 0.0, heading };
-        // As the runs of then were read, but on the way of now: a robot that stops longer is where it is later.
-        let stamps =
-            |at: &[f64]| way.times_of(at.iter().copied()).into_iter().map(|time| Some(scene.survey.stamp(time)));
-        let read = Case {
-            readings: if residue.at.is_empty() {
-                vec![reading(None)]
-            } else {
-                stamps(&residue.at).map(reading).collect()
-            },
-            frame_stamp: stamps(residue.frame_at.as_slice()).next().flatten(),
-            ..case.clone()
-        };
-        let path = compose(way.start, &way.steps);
-        let factor = shapes::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
-        let survey = surrogate.survey_in(read.campaign, scene, &[], &study.variants);
-        let motion = doubt::lasting(&doubt::kinds(surrogate, &read, way, &survey));
-        let mut columns = columns(study, &read, way, &[], &motion);
-        linear::whiten(&factor, &mut columns);
-        let left: Vec<Pose2> = (0..residue.x.len())
-            .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
-            .collect();
-        let left = linear::whitened(&factor, &flatten(&read, &left));
-        Memory::new(columns.tr_mul(&columns) * residue.runs, columns.tr_mul(&left) * residue.runs)
+    /// What the last campaigns left says of runs like `case`, which stands for a cluster; `None` where they left nothing of such.
+    pub fn of<'s>(
+        study: &Study<'_>,
+        residues: impl Iterator<Item = &'s Residue>,
+        case: &Case,
+        way: &Way,
+    ) -> Option<Memory> {
+        let told = residues.map(|residue| told(study, residue, case, way));
+        let (information, found) = told.reduce(|(i, f), (information, found)| (i + information, f + found))?;
+        Some(Memory::new(information, found))
     }
 
     fn new(information: DMatrix<f64>, found: DVector<f64>) -> Memory {
