@@ -292,17 +292,18 @@ impl<'m> Study<'m> {
         Library::of_surrogate(&self.surrogate, &self.variants, &self.cases, &self.clusters)
     }
 
-    /// Causes by evidence; where nothing repeats, noise is learnt from what the best of them leave, and they are asked again.
+    /// Causes by evidence; where nothing repeats, or repeated runs differ by what the best of them do, noise is learnt from what
+    /// those leave, and they are asked again.
     /// Where `earlier` answers were best, this search looks as well.
     fn search(&mut self, allowed: &[usize], earlier: &[search::Hypothesis]) -> search::Ranking {
-        let learns = self.options.noise.is_none();
-        if learns && self.repeats() {
+        let (learns, repeats) = (self.options.noise.is_none(), self.repeats());
+        if learns && repeats {
             self.learn_noise(&[]);
         }
         let most = self.options.most_causes;
         let mut ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);
         let runs = self.counts.iter().filter(|count| **count > 0.0).count();
-        if learns && !self.repeats() && runs > 3 {
+        if learns && if repeats { self.moves_runs_apart(&ranking.best().fit.at) } else { runs > 3 } {
             for _ in 0..noise::MOST_LEARNINGS {
                 let best = ranking.best();
                 let (set, at) = (best.set.clone(), best.fit.at.clone());

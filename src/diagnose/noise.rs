@@ -201,7 +201,7 @@ pub(super) fn of_runs(noises: &[NoiseModel], clusters: &[Cluster], counts: &[f64
 pub(super) const MOST_LEARNINGS: usize = 3;
 
 impl Study<'_> {
-    /// Sizes of the noise from what repeated runs differ by, or from what `at` leaves where too little repeats.
+    /// Sizes of the noise from what repeated runs differ by under `at`, or from what it leaves where too little repeats.
     pub(super) fn learn_noise(&mut self, at: &[(Axis, f64)]) {
         let clusters: Vec<Cluster> = self
             .clusters
@@ -211,7 +211,6 @@ impl Study<'_> {
         let repeats = self.repeats();
         let spreads = {
             let problem = self.problem(self.counts.clone());
-            let at = if repeats { &[] } else { at };
             let mut off: Vec<DVector<f64>> = self.observed.clone();
             for (index, cluster) in clusters.iter().enumerate() {
                 for &run in &cluster.runs {
@@ -238,6 +237,11 @@ impl Study<'_> {
         }
     }
 
+    /// Whether causes make repeated runs differ: tyres that grow or shrink do.
+    pub(super) fn moves_runs_apart(&self, at: &[(Axis, f64)]) -> bool {
+        at.iter().any(|(axis, _)| self.variants[axis.variant].coordinates[axis.coordinate].hourly)
+    }
+
     /// Whether enough runs repeat one another to tell noise by.
     pub(super) fn repeats(&self) -> bool {
         let active: Vec<usize> = self.clusters.iter().map(|cluster| cluster.active(&self.counts).count()).collect();
@@ -245,7 +249,7 @@ impl Study<'_> {
         free >= 2 && 4 * free >= active.iter().sum::<usize>()
     }
 
-    /// Averages the evidence of the leading answers over what the scatter may be: a handful of repeated runs tell its size to
+    /// Averages the evidence of the leading answers, and of all that are a real alternative to them, over what the scatter may be: a handful of repeated runs tell its size to
     /// a fifth or so, and a scatter that they showed too small by chance would make a cause of what is none.
     pub(super) fn weigh_noise(&self, ranking: &mut Ranking) {
         const LOG_SCALES: [f64; 5] = [-0.25, 0.0, 0.25, 0.5, 0.75];
@@ -268,15 +272,7 @@ impl Study<'_> {
             })
             .collect();
         let own = self.problem(self.counts.clone()).log_det_of_noise();
-        let nothing = ranking.nothing().set.clone();
-        let leading: Vec<&mut Hypothesis> = ranking
-            .hypotheses
-            .iter_mut()
-            .enumerate()
-            .filter(|(rank, h)| h.set == nothing || (*rank < search::LEADING && h.log_posterior > best - WITHIN))
-            .map(|(_, hypothesis)| hypothesis)
-            .collect();
-        leading.into_par_iter().for_each(|hypothesis| {
+        let average = |hypothesis: &mut Hypothesis| {
             let axes = search::axes_of(&self.variants, &hypothesis.set);
             let values: Vec<f64> = problems
                 .iter()
@@ -287,7 +283,26 @@ impl Study<'_> {
             let mean = verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln();
             hypothesis.log_posterior += mean - hypothesis.fit.log_evidence;
             hypothesis.fit.log_evidence = mean;
-        });
+        };
+        let nothing = ranking.nothing().set.clone();
+        let mut averaged: Vec<bool> = ranking
+            .hypotheses
+            .iter()
+            .enumerate()
+            .map(|(rank, h)| h.set == nothing || (rank < search::LEADING && h.log_posterior > best - WITHIN))
+            .collect();
+        let mut due = averaged.clone();
+        // No answer is held against one that scatter of another size has spoken on before it has spoken on it itself.
+        while due.contains(&true) {
+            let hypotheses = ranking.hypotheses.par_iter_mut().zip(&due);
+            hypotheses.filter(|(_, due)| **due).for_each(|(hypothesis, _)| average(hypothesis));
+            let of_averaged = ranking.hypotheses.iter().zip(&averaged).filter(|(_, averaged)| **averaged);
+            let best = of_averaged.map(|(h, _)| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
+            for ((h, averaged), due) in ranking.hypotheses.iter().zip(&mut averaged).zip(&mut due) {
+                *due = !*averaged && h.log_posterior > best - verdict::REAL;
+                *averaged |= *due;
+            }
+        }
         ranking.sort();
     }
 }

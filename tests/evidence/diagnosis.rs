@@ -5,8 +5,9 @@ use treadmark::dataset::{Dataset, Protocol, Run};
 use treadmark::diagnose::{
     DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Options, RunReadings, Study, Verdict,
 };
+use treadmark::drive::{self, Task};
 use treadmark::effect::{Cause, Effect};
-use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, score};
+use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, campaign, score};
 use treadmark::geometry::Trace;
 use treadmark::odometry::OdometryParameters;
 use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Side, Tether, TwistPart};
@@ -289,6 +290,27 @@ fn clocks_that_disagree_move_where_the_last_campaign_is_remembered() {
     let clocks = Cause { values: vec![0.2, 0.0, 0.0], ..Effect::named("survey_time_offset").expect("known").nothing() };
     let late = tethered.next(&clocks.edit(&tethered.world));
     assert_eq!(names(&late), ["survey_time_offset"], "{:#?}", late.ranking);
+}
+
+/// What tyres lose is counted from the beginning of a campaign, also where the first of these runs come an hour after it; and what
+/// repeated runs differ by on such tyres is no scatter.
+#[test]
+fn tyres_that_shrink_are_timed_and_are_no_scatter() {
+    let shrinks = cause("tyre_radius_drift", -0.02);
+    let world = shrinks.edit(&base());
+    let late = |task: Task| Task { started: task.started.map(|started| started + 3600.0), ..task };
+    let drive = |task| {
+        let measured = drive::run(&world, &late(task), 5, None, &GO_ON).expect("it can be driven").measured;
+        Run { encoders: None, poses: None, ..measured }
+    };
+    let runs = CampaignKind::Squares.tasks(&world).into_iter().map(drive).collect();
+    let found = diagnosed(&base(), &small(Dataset { campaign: campaign(&world, "late"), runs }));
+    assert_eq!(names(&found), ["tyre_radius_drift"], "{:#?}", found.ranking);
+    assert!(off(&found.findings[0], -0.02).abs() < 3.0, "{:#?}", found.findings);
+    // Ten runs tell the scatter to a fifth or so.
+    let driven = world.scatter.heading_per_corner;
+    let learnt = found.noise.scatter.heading_per_corner;
+    assert!(learnt < 1.5 * driven, "{learnt} rad a corner of {driven}");
 }
 
 /// Effects that are named, each alone.

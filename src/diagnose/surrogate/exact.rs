@@ -336,13 +336,15 @@ impl Surrogate {
         let Bench { model, cases, variants, .. } = bench;
         let case = &cases[cluster.reference];
         let way = &self.ways[cluster.reference];
-        let scene = edited(model.scene(), variants, at);
+        let mut given = model.scene().clone();
         let mut run = case.run.clone();
         if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
-            // Stated an hour: what it does after one.
-            run.started = Some(run.started.unwrap_or(0.0) + 3600.0);
+            // Stated an hour: what it does within one, to tyres that are what they are as the run begins.
+            given.robot = given.robot.at(run.started.unwrap_or(0.0));
+            given.robot.tyre_growth = 0.0;
+            run.started = Some(3600.0);
         }
-        let trace = model.trace(&scene, &run, &case.counted)?;
+        let trace = model.trace(&edited(&given, variants, at), &run, &case.counted)?;
         let edited = Way::of(&trace, way.steps.len(), case.replayed, 0.0);
         Ok(edited.steps.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect())
     }
