@@ -323,7 +323,9 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
     let most = best.set.len().max(ranking.best().set.len());
     let rest: Set = best.set.iter().copied().filter(|&other| other != index).collect();
     let mut confounded: Vec<&'static str> = Vec::new();
-    let is_likely = |h: &&Hypothesis| h.log_posterior > best.log_posterior - REAL;
+    // A real alternative, and likelier than the rest of the answer alone: what does nothing here is no cause of it.
+    let without = ranking.hypotheses.iter().find(|h| h.set == rest).map_or(f64::NEG_INFINITY, |h| h.log_posterior);
+    let is_likely = |h: &&Hypothesis| h.log_posterior > without.max(best.log_posterior - REAL);
     let does_without = |h: &&Hypothesis| !h.set.contains(&index) && rest.is_subset(&h.set) && h.set.len() <= most;
     let others: Vec<&Hypothesis> = ranking.hypotheses.iter().filter(is_likely).filter(does_without).collect();
     // What is no less likely without a part of it says nothing for that part.
