@@ -249,8 +249,9 @@ impl Study<'_> {
         free >= 2 && 4 * free >= active.iter().sum::<usize>()
     }
 
-    /// Averages the evidence of the leading answers, and of all that are a real alternative to them, over what the scatter may be: a handful of repeated runs tell its size to
-    /// a fifth or so, and a scatter that they showed too small by chance would make a cause of what is none.
+    /// Averages the evidence of the leading answers, and of all that are a real alternative to them, over what the scatter may
+    /// be: a handful of repeated runs tell its size to a fifth or so, and a scatter that they showed too small by chance would
+    /// make a cause of what is none.
     pub(super) fn weigh_noise(&self, ranking: &mut Ranking) {
         const LOG_SCALES: [f64; 5] = [-0.25, 0.0, 0.25, 0.5, 0.75];
         const WITHIN: f64 = 15.0;
