@@ -3,7 +3,7 @@
 use crate::dataset::Run;
 use crate::geometry::Trace;
 use crate::odometry::OdometryParameters;
-use crate::scene::{Contact, Scene};
+use crate::scene::{Contact, Scene, SpottedFloor};
 
 /// Predicts where the base of the robot was during a run. A diagnosis is handed one, and knows no engine.
 pub trait ForwardModel: Sync {
@@ -17,6 +17,18 @@ pub trait ForwardModel: Sync {
     /// # Errors
     /// It cannot be simulated.
     fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError>;
+
+    /// The same on each of `floors`, which are the scene's but for a spot, to the first order in what the spot does.
+    ///
+    /// # Errors
+    /// One of them cannot be simulated.
+    fn traces_on(
+        &self,
+        scene: &Scene,
+        run: &Run,
+        counted: &OdometryParameters,
+        floors: &[SpottedFloor],
+    ) -> Result<Vec<Trace>, ForwardError>;
 }
 
 /// A model that begins from a scene of its own: what is given, or the same robot on other tyres.
@@ -46,6 +58,16 @@ impl ForwardModel for Base<'_> {
 
     fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError> {
         self.model.trace(scene, run, counted)
+    }
+
+    fn traces_on(
+        &self,
+        scene: &Scene,
+        run: &Run,
+        counted: &OdometryParameters,
+        floors: &[SpottedFloor],
+    ) -> Result<Vec<Trace>, ForwardError> {
+        self.model.traces_on(scene, run, counted, floors)
     }
 }
 

@@ -5,7 +5,7 @@
 
 use super::case::{Case, Cluster};
 use super::doubt::{self, MotionError};
-use super::surrogate::Surrogate;
+use super::surrogate::{self, Surrogate};
 use super::variant::{Axis, Coordinates, Variant, moved_along};
 use super::way::compose;
 use crate::geometry::Pose2;
@@ -90,22 +90,29 @@ impl Problem<'_> {
 
     /// Residuals at `at` and sensitivities along `axes` there.
     pub fn linearise(&self, at: &Coordinates, axes: &[Axis]) -> Linearised {
-        self.linearise_beside(at, axes, 1.0)
+        self.linearise_by(at, axes, 0)
     }
 
-    /// The same; what `at` does not hold and does much the same on both sides of 0 is looked at on one `side`, ±1.
-    pub fn linearise_beside(&self, at: &Coordinates, axes: &[Axis], side: f64) -> Linearised {
+    /// Steps from 0 along an axis that are worth a linear look each: on both sides, where a cause does much the same on both;
+    /// of a spot on the floor, which does little until it does much, and then something else, to where it was simulated.
+    pub fn looks(&self, axis: Axis) -> Vec<f64> {
+        let variant = &self.variants[axis.variant];
+        let coordinate = variant.coordinates[axis.coordinate];
+        match () {
+            () if variant.place().is_some() => surrogate::nodes(variant, coordinate),
+            () if self.surrogate.is_even(axis) => vec![coordinate.std_dev, -coordinate.std_dev],
+            () => vec![self.step(axis)],
+        }
+    }
+
+    /// The same; what `at` does not hold is looked at by one of its looks, or the first where it has none of that number.
+    pub fn linearise_by(&self, at: &Coordinates, axes: &[Axis], look: usize) -> Linearised {
         let survey = self.surrogate.survey_of(self.scene, at, self.variants);
         let shift = |&axis: &Axis| {
             let mut step = self.step(axis);
             if at.iter().all(|(known, _)| *known != axis) {
-                // What does little until it does much is looked at where it does.
-                let coordinate = self.variants[axis.variant].coordinates[axis.coordinate];
-                if self.variants[axis.variant].place().is_some() {
-                    step = coordinate.mean - coordinate.std_dev;
-                } else if self.surrogate.is_even(axis) {
-                    step = side * coordinate.std_dev;
-                }
+                let looks = self.looks(axis);
+                step = *looks.get(look).unwrap_or(&looks[0]);
             }
             let moved = moved_along(at, axis, step);
             let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);

@@ -93,11 +93,9 @@ impl Study<'_> {
         let looked_into = !places.is_empty();
         for (place, value) in places {
             for &distance in distances {
-                let used = &self.clusters[..self.used];
-                for place in spots::near(place, distance, &self.cases, used, &self.surrogate.ways) {
-                    if self.variants.iter().any(|variant| variant.place() == Some(place)) {
-                        continue;
-                    }
+                let known: Vec<[f64; 2]> = self.variants.iter().filter_map(Variant::place).collect();
+                let paths = (self.cases.as_slice(), &self.clusters[..self.used], self.surrogate.ways.as_slice());
+                for place in spots::near(place, distance, &known, paths) {
                     let axis = Axis { variant: self.variants.len(), coordinate: 0 };
                     self.variants.push(Variant::spot(place));
                     let (surrogate, bench) = self.bench();

@@ -292,14 +292,29 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     let has_spot = seed.set.iter().any(|&index| variants[index].place().is_some());
     let fits = |&index: &usize| !(seed.set.contains(&index) || has_spot && variants[index].place().is_some());
     let others: Vec<usize> = allowed.iter().copied().filter(fits).collect();
-    let is_even =
-        |&index: &usize| axes_of(variants, &Set::from([index])).iter().any(|&it| problem.surrogate.is_even(it));
-    let even: Vec<usize> = others.iter().copied().filter(is_even).collect();
-    let mut all = promises_beside(problem, &others, seed, 1.0);
-    for other in promises_beside(problem, &even, seed, -1.0) {
-        let promise = all.iter_mut().find(|promise| promise.set == other.set).expect("all were looked at");
-        promise.log_posterior = promise.log_posterior.max(other.log_posterior);
-        promise.starts.extend(other.starts);
+    let looks = |index: usize| {
+        let axes = axes_of(variants, &Set::from([index]));
+        axes.into_iter().map(|axis| problem.looks(axis).len()).max().unwrap_or(0)
+    };
+    let mut all = promises_beside(problem, &others, seed, 0);
+    for look in 1.. {
+        let more: Vec<usize> = others.iter().copied().filter(|&index| looks(index) > look).collect();
+        if more.is_empty() {
+            break;
+        }
+        for other in promises_beside(problem, &more, seed, look) {
+            let promise = all.iter_mut().find(|promise| promise.set == other.set).expect("all were looked at");
+            let is_spot = other.set.difference(&seed.set).any(|&index| variants[index].place().is_some());
+            match () {
+                // There are many of them: each begins where it promises most.
+                () if is_spot && other.log_posterior > promise.log_posterior => *promise = other,
+                () if is_spot => {}
+                () => {
+                    promise.log_posterior = promise.log_posterior.max(other.log_posterior);
+                    promise.starts.extend(other.starts);
+                }
+            }
+        }
     }
     all.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
     let mut spots = 0;
@@ -311,8 +326,8 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     all
 }
 
-/// What `seed` and one of `others` each promise, by a linear look on one `side` of 0, ±1, of what does the same on both.
-fn promises_beside(problem: &Problem<'_>, others: &[usize], seed: &Hypothesis, side: f64) -> Vec<Promise> {
+/// What `seed` and one of `others` each promise, by one of the linear looks at it.
+fn promises_beside(problem: &Problem<'_>, others: &[usize], seed: &Hypothesis, look: usize) -> Vec<Promise> {
     if others.is_empty() {
         return Vec::new();
     }
@@ -320,7 +335,7 @@ fn promises_beside(problem: &Problem<'_>, others: &[usize], seed: &Hypothesis, s
     let mut axes: Vec<Axis> = seed.fit.at.iter().map(|(axis, _)| *axis).collect();
     let own = axes.len();
     axes.extend(axes_of(variants, &others.iter().copied().collect()));
-    let linear = problem.linearise_beside(&seed.fit.at, &axes, side);
+    let linear = problem.linearise_by(&seed.fit.at, &axes, look);
     let (a, b, c) = problem.normal_equations(&linear);
     let here = |axis: Axis| seed.fit.at.iter().find(|(other, _)| *other == axis).map_or(0.0, |(_, value)| *value);
     // Evidence of the seed in the same linear terms, so that what the linear look leaves out cancels.

@@ -5,6 +5,7 @@ use super::doubt::SHARES;
 use super::misfit::{misfit, run_readings};
 use super::noise;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
+use super::spots;
 use super::variant::{Axis, CLOCKS, Variant, causes, terms};
 use super::{
     Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Suspicion, Transient, Verdict, residue,
@@ -272,7 +273,7 @@ fn own(answer: &Hypothesis, variant: usize) -> (Vec<f64>, DMatrix<f64>) {
 
 /// Second moments of a variant's coordinates about those of the best answer, over all answers that hold it by their
 /// probability: what else may be at work, or a spot may lie elsewhere, is part of what is not known of a size [Hoeting et al.,
-/// *Statist. Sci.* 14 (1999) 382–417].
+/// *Statist. Sci.* 14 (1999) 382–417]. A spot stands for as much of the path as no other one was tried on.
 fn spread(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize) -> DMatrix<f64> {
     let variants = &study.variants;
     let (at, _) = own(best, index);
@@ -280,7 +281,7 @@ fn spread(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize)
     let (mut sum, mut total) = (DMatrix::zeros(at.len(), at.len()), 0.0);
     for answer in &ranking.hypotheses {
         let Some(&it) = answer.set.iter().find(|&&other| variants[other].is_cause() && is_it(other)) else { continue };
-        let weight = (answer.log_posterior - best.log_posterior).exp();
+        let weight = (answer.log_posterior - best.log_posterior).exp() * spots::room(variants, it);
         let (there, of_answer) = own(answer, it);
         let off = DVector::from_iterator(at.len(), there.iter().zip(&at).map(|(there, here)| there - here));
         sum += (of_answer + &off * off.transpose()) * weight;

@@ -1,7 +1,7 @@
 //! Replay: the simulated wheels follow the rotation that a run logged, and the body moves by physics.
 
 use super::error::DriveError;
-use super::run::{SETTLE, at_time, stream};
+use super::run::{SETTLE, at_time, in_world, stream};
 use crate::dataset::{EncoderLog, Run, Stop};
 use crate::geometry::{Pose2, Trace};
 use crate::odometry::{DeadReckoning, OdometryParameters};
@@ -32,55 +32,115 @@ const COASTS: f64 = 0.2;
 /// # Errors
 /// The run has no log, the world cannot be built or is left, or the replay was stopped.
 pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &AtomicBool) -> Result<Trace, DriveError> {
-    let in_world = |source: WorldError| DriveError::World { run: run.name.clone(), source };
-    let Some(log) = run.encoders.as_ref().filter(|log| log.len() > 1) else {
-        return Err(DriveError::NoLog { run: run.name.clone() });
-    };
+    let log = log_of(run)?;
+    let wheels = rotations(scene, run, log, counted);
+    let mut going = Replaying::begin(scene, run, log, &wheels)?;
+    let rows = (going.steps / going.keep_every + 2) as usize;
+    let mut trace = Trace { time: Vec::with_capacity(rows), poses: Vec::with_capacity(rows) };
+    loop {
+        trace.time.push(going.time());
+        trace.poses.push(going.world.pose());
+        if stop.load(Ordering::Relaxed) {
+            return Err(DriveError::Interrupted { run: run.name.clone() });
+        }
+        if !going.go_on().map_err(in_world(&run.name))? {
+            return Ok(trace);
+        }
+    }
+}
+
+/// The log that a replay is of.
+pub(super) fn log_of(run: &Run) -> Result<&EncoderLog, DriveError> {
+    let log = run.encoders.as_ref().filter(|log| log.len() > 1);
+    log.ok_or_else(|| DriveError::NoLog { run: run.name.clone() })
+}
+
+/// How the wheels of a scene turned for a log, and how they came to where it begins.
+pub(super) struct Rotations {
+    wheels: Vec<Rotation>,
+    /// How long they are brought to their speed before the log begins \[s\].
+    run_up: f64,
+}
+
+/// Those of a run.
+pub(super) fn rotations(scene: &Scene, run: &Run, log: &EncoderLog, counted: &OdometryParameters) -> Rotations {
     let scene = &at_time(scene, run.started);
     let stops = if scene.robot.drivetrain.stop_overrun > 0.0 { log.stops(counted) } else { Vec::new() };
     let wheels: Vec<Rotation> =
         scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &stops, counted)).collect();
-    let start = run.start.unwrap_or_default();
     let began_moving = wheels.iter().any(|wheel| wheel.initial_speed != 0.0);
     let run_up = if began_moving { RUN_UP[0] + held(&scene.robot.drivetrain) } else { 0.0 };
-    let from = if began_moving { before(run_up, &wheels, scene, start) } else { start };
+    Rotations { wheels, run_up }
+}
 
-    let mut world = World::new(scene, from, stream(0, &run.name, "scatter")).map_err(in_world)?;
-    let began_at: Vec<f64> = wheels.iter().map(|wheel| wheel.run_up(-run_up)).collect();
-    let step_to = |world: &mut World, angle: &dyn Fn(&Rotation) -> f64| {
-        for (index, (wheel, began_at)) in wheels.iter().zip(&began_at).enumerate() {
-            world.follow(index, angle(wheel) - began_at);
+/// A replay under way. A copy goes on as the original does.
+#[derive(Clone)]
+pub(super) struct Replaying<'l> {
+    pub world: World,
+    wheels: &'l Rotations,
+    rows: &'l [f64],
+    place: Place,
+    /// Since the log began, of so many.
+    step: u64,
+    steps: u64,
+    keep_every: u64,
+}
+
+impl<'l> Replaying<'l> {
+    /// Where the log begins: at rest, or after a run-up.
+    pub fn begin(
+        scene: &Scene,
+        run: &Run,
+        log: &'l EncoderLog,
+        wheels: &'l Rotations,
+    ) -> Result<Replaying<'l>, DriveError> {
+        let scene = &at_time(scene, run.started);
+        let start = run.start.unwrap_or_default();
+        let run_up = wheels.run_up;
+        let from = if run_up > 0.0 { before(run_up, &wheels.wheels, scene, start) } else { start };
+        let world = World::new(scene, from, stream(0, &run.name, "scatter")).map_err(in_world(&run.name))?;
+        let steps = ((log.time[log.len() - 1] - log.time[0]) / scene.time_step).ceil() as u64;
+        let keep_every = (1.0 / (TRACE_RATE * scene.time_step)).round().max(1.0) as u64;
+        let place = Place::default();
+        let mut going = Replaying { world, wheels, rows: &log.time, place, step: 0, steps, keep_every };
+        for _ in 0..(SETTLE / scene.time_step).round() as u64 {
+            going.turn(|wheel| wheel.run_up(-run_up)).map_err(in_world(&run.name))?;
         }
-        world.step().map_err(in_world)
-    };
-    for _ in 0..(SETTLE / scene.time_step).round() as u64 {
-        step_to(&mut world, &|wheel| wheel.run_up(-run_up))?;
+        for step in 0..(run_up / scene.time_step).round() as u64 {
+            let time = step as f64 * scene.time_step - run_up + scene.time_step;
+            going.turn(|wheel| wheel.run_up(time)).map_err(in_world(&run.name))?;
+        }
+        Ok(going)
     }
-    for step in 0..(run_up / scene.time_step).round() as u64 {
-        let time = step as f64 * scene.time_step - run_up + scene.time_step;
-        step_to(&mut world, &|wheel| wheel.run_up(time))?;
+
+    /// By the log's clock \[s\].
+    pub fn time(&self) -> f64 {
+        self.rows[0] + self.step as f64 * self.world.scene().time_step
     }
-    let (first, last) = (log.time[0], log.time[log.len() - 1]);
-    let steps = ((last - first) / scene.time_step).ceil() as u64;
-    let keep_every = (1.0 / (TRACE_RATE * scene.time_step)).round().max(1.0) as u64;
-    let rows = (steps / keep_every + 2) as usize;
-    let mut trace = Trace { time: Vec::with_capacity(rows), poses: Vec::with_capacity(rows) };
-    let mut place = Place::default();
-    for step in 0..=steps {
-        let time = first + step as f64 * scene.time_step;
-        if step.is_multiple_of(keep_every) || step == steps {
-            trace.time.push(time);
-            trace.poses.push(world.pose());
-            if stop.load(Ordering::Relaxed) {
-                return Err(DriveError::Interrupted { run: run.name.clone() });
+
+    /// Goes on to the next moment that a trace keeps; whether the log had not ended before.
+    pub fn go_on(&mut self) -> Result<bool, WorldError> {
+        if self.step == self.steps {
+            return Ok(false);
+        }
+        loop {
+            self.place = self.place.on_to(self.rows, self.time() + self.world.scene().time_step);
+            let place = self.place;
+            self.turn(|wheel| wheel.at(place))?;
+            self.step += 1;
+            if self.step.is_multiple_of(self.keep_every) || self.step == self.steps {
+                return Ok(true);
             }
         }
-        if step < steps {
-            place = place.on_to(&log.time, time + scene.time_step);
-            step_to(&mut world, &|wheel| wheel.at(place))?;
-        }
     }
-    Ok(trace)
+
+    /// Turns each wheel to an angle in one step.
+    fn turn(&mut self, angle: impl Fn(&Rotation) -> f64) -> Result<(), WorldError> {
+        for (index, wheel) in self.wheels.wheels.iter().enumerate() {
+            self.world.follow(index, angle(wheel) - wheel.run_up(-self.wheels.run_up));
+        }
+        self.world.step()
+    }
 }
 
 /// A time in a log: so much of the way from the row before it to the row after it.

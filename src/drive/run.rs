@@ -3,14 +3,14 @@
 use super::driver::{Command, Driver};
 use super::error::DriveError;
 use super::observe::{Observer, SNAPSHOT_RATE, Snapshot};
+use super::overrun::Overrun;
 use crate::dataset::{EncoderLog, EncoderUnit, PoseLog, Protocol, Run};
 use crate::geometry::Pose2;
-use crate::scene::{Scene, Side, Survey, Wheel};
+use crate::scene::{Robot, Scene, Side, Survey, Wheel};
 use crate::world::{World, WorldError, steps_between};
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
-use std::f64::consts::TAU;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
@@ -40,6 +40,14 @@ impl Task {
     /// `protocol` at the robot's own speeds.
     pub fn new(name: impl Into<String>, protocol: Protocol) -> Task {
         Task { name: name.into(), protocol, speed: None, turn_rate: None, started: None, start: Pose2::IDENTITY }
+    }
+
+    fn speed_of(&self, robot: &Robot) -> f64 {
+        self.speed.unwrap_or(robot.driver.cruise_speed)
+    }
+
+    fn turn_rate_of(&self, robot: &Robot) -> f64 {
+        self.turn_rate.unwrap_or(robot.driver.turn_rate)
     }
 }
 
@@ -82,58 +90,27 @@ pub fn run(
     mut observer: Option<&mut dyn Observer>,
     stop: &AtomicBool,
 ) -> Result<SimulatedRun, DriveError> {
-    let in_world = |source: WorldError| DriveError::World { run: task.name.clone(), source };
-    let scene = &at_time(scene, task.started);
-    let robot = &scene.robot;
-    if task.protocol == Protocol::Path {
-        return Err(DriveError::NoShape { run: task.name.clone() });
-    }
-    let speed = task.speed.unwrap_or(robot.driver.cruise_speed);
-    let turn_rate = task.turn_rate.unwrap_or(robot.driver.turn_rate);
-    let mut driver = Driver::new(&task.protocol, speed, turn_rate, &robot.driver, &robot.odometry);
-    let decide_every = steps_between("the driver's rate_hz", robot.driver.rate, scene.time_step).map_err(in_world)?;
-    let log_every = steps_between("the log rate", SNAPSHOT_RATE, scene.time_step).map_err(in_world)?;
-    let survey_every = steps_between("the survey rate", SURVEY_RATE, scene.time_step).map_err(in_world)?;
-
-    let mut world = World::new(scene, task.start, stream(seed, &task.name, "scatter")).map_err(in_world)?;
-    for _ in 0..(SETTLE / scene.time_step).round() as u64 {
-        world.step().map_err(in_world)?;
-    }
-    let mut logger = Logger::new(&world, driver.planned_duration());
-    let mut surveyor = Surveyor::new(scene.survey, stream(seed, &task.name, "survey"), driver.planned_duration());
-    let sides = Sides::new(scene);
-    let zero = sides.mean(|wheel| world.ticks(wheel) as f64);
-
-    let mut snapshots = Vec::with_capacity(robot.wheels.len());
+    let mut going = Underway::begin(scene, task, seed)?;
+    let survey_every = steps_between("the survey rate", SURVEY_RATE, scene.time_step).map_err(in_world(&task.name))?;
+    let (survey, duration) = (going.world.scene().survey, going.driver.planned_duration());
+    let mut surveyor = Surveyor::new(survey, stream(seed, &task.name, "survey"), duration);
+    let mut snapshots = Vec::with_capacity(scene.robot.wheels.len());
     let mut watching = Duration::ZERO;
-    let start = world.pose();
-    let first_step = world.steps();
+    let start = going.world.pose();
     let began = Instant::now();
-    let mut overrun = Overrun::new(&world);
     loop {
-        let step = world.steps() - first_step;
-        let time = step as f64 * scene.time_step;
-        let mut done = false;
-        if step.is_multiple_of(decide_every) && !overrun.coasts(&mut world, &mut logger, time) {
-            let ticks = sides.mean(|wheel| (world.ticks(wheel) - overrun.lost(wheel)) as f64);
-            let command = driver.decide(time - overrun.lasted, ticks[0] - zero[0], ticks[1] - zero[1]);
-            done = command.is_none();
-            let Command { left, right } = command.unwrap_or_default();
-            for (wheel, side) in sides.of_wheel.iter().enumerate() {
-                world.command(wheel, if *side == Side::Left { left } else { right });
-            }
-            overrun.after(&world, driver.leg(), time);
-        }
-        if step.is_multiple_of(log_every) || done {
-            logger.log(&world, time);
+        let time = going.time();
+        let done = going.decide();
+        if going.is_kept() || done {
+            going.logger.log(&going.world, time);
             if let Some(observer) = observer.as_deref_mut() {
                 let began = Instant::now();
-                world.wheel_snapshots(&mut snapshots);
+                going.world.wheel_snapshots(&mut snapshots);
                 observer.observe(&Snapshot {
                     time,
-                    base: world.base(),
-                    truth: start.relative(world.pose()),
-                    odometry: driver.believed(),
+                    base: going.world.base(),
+                    truth: start.relative(going.world.pose()),
+                    odometry: going.driver.believed(),
                     wheels: &snapshots,
                 });
                 watching += began.elapsed();
@@ -142,42 +119,130 @@ pub fn run(
                 return Err(DriveError::Interrupted { run: task.name.clone() });
             }
         }
-        if step.is_multiple_of(survey_every) || done {
-            surveyor.read(time, start.relative(world.pose()));
+        if going.step().is_multiple_of(survey_every) || done {
+            surveyor.read(time, start.relative(going.world.pose()));
         }
         if done {
             break;
         }
-        overrun.carry(&mut world, time);
-        world.step().map_err(in_world)?;
+        going.advance().map_err(in_world(&task.name))?;
     }
     let wall = began.elapsed() - watching;
-    let actual = start.relative(world.pose());
-    let encoders = logger.finish();
+    let actual = start.relative(going.world.pose());
+    let (simulated, steps) = (going.time(), going.step());
+    let robot = &scene.robot;
+    let turns_on_the_spot = matches!(task.protocol, Protocol::Square { .. } | Protocol::Spin { .. });
     let mut run = Run {
         name: task.name.clone(),
         protocol: task.protocol,
-        speed: Some(speed),
-        turn_rate: matches!(task.protocol, Protocol::Square { .. } | Protocol::Spin { .. }).then_some(turn_rate),
+        speed: Some(task.speed_of(robot)),
+        turn_rate: turns_on_the_spot.then(|| task.turn_rate_of(robot)),
         started: task.started,
         start: None,
         end: None,
         odometry_end: None,
-        encoders: Some(encoders),
+        encoders: Some(going.logger.log),
         poses: None,
     };
     let odometry = run.dead_reckoned_end(&robot.odometry).unwrap_or_default();
     run.odometry_end = Some(noted(odometry).into());
     surveyor.write(&mut run);
     run.start = run.start.map(|start| noted(task.start.compose(start)));
-    Ok(SimulatedRun {
-        measured: run,
-        actual,
-        odometry,
-        simulated: (world.steps() - first_step) as f64 * scene.time_step,
-        wall,
-        steps: world.steps() - first_step,
-    })
+    Ok(SimulatedRun { measured: run, actual, odometry, simulated, wall, steps })
+}
+
+/// A run under way: the robot in its world, and the driver that closes the loop. A copy goes on as the original does.
+#[derive(Clone)]
+pub(super) struct Underway {
+    pub world: World,
+    driver: Driver,
+    overrun: Overrun,
+    logger: Logger,
+    sides: Sides,
+    /// Counts of the sides as it began.
+    zero: [f64; 2],
+    first_step: u64,
+    decide_every: u64,
+    log_every: u64,
+}
+
+impl Underway {
+    /// At its start, at rest.
+    pub fn begin(scene: &Scene, task: &Task, seed: u64) -> Result<Underway, DriveError> {
+        if task.protocol == Protocol::Path {
+            return Err(DriveError::NoShape { run: task.name.clone() });
+        }
+        let scene = &at_time(scene, task.started);
+        let robot = &scene.robot;
+        let every = |what, rate| steps_between(what, rate, scene.time_step).map_err(in_world(&task.name));
+        let decide_every = every("the driver's rate_hz", robot.driver.rate)?;
+        let log_every = every("the log rate", SNAPSHOT_RATE)?;
+        let speeds = [task.speed_of(robot), task.turn_rate_of(robot)];
+        let driver = Driver::new(&task.protocol, speeds[0], speeds[1], &robot.driver, &robot.odometry);
+        let scatter = stream(seed, &task.name, "scatter");
+        let mut world = World::new(scene, task.start, scatter).map_err(in_world(&task.name))?;
+        for _ in 0..(SETTLE / scene.time_step).round() as u64 {
+            world.step().map_err(in_world(&task.name))?;
+        }
+        let sides = Sides::new(scene);
+        Ok(Underway {
+            overrun: Overrun::new(&world),
+            logger: Logger::new(&world, driver.planned_duration()),
+            zero: sides.mean(|wheel| world.ticks(wheel) as f64),
+            first_step: world.steps(),
+            world,
+            driver,
+            sides,
+            decide_every,
+            log_every,
+        })
+    }
+
+    /// Steps since it began.
+    pub fn step(&self) -> u64 {
+        self.world.steps() - self.first_step
+    }
+
+    /// Time since it began \[s\].
+    pub fn time(&self) -> f64 {
+        self.step() as f64 * self.world.scene().time_step
+    }
+
+    /// Whether this is a moment at which encoders are logged.
+    pub fn is_kept(&self) -> bool {
+        self.step().is_multiple_of(self.log_every)
+    }
+
+    /// Lets the driver decide where it is its turn; whether that ends the run.
+    pub fn decide(&mut self) -> bool {
+        let time = self.time();
+        let is_its_turn = self.step().is_multiple_of(self.decide_every);
+        if !is_its_turn || self.overrun.coasts(&mut self.world, &mut self.logger, time) {
+            return false;
+        }
+        let Underway { world, driver, overrun, sides, zero, .. } = self;
+        let ticks = sides.mean(|wheel| (world.ticks(wheel) - overrun.lost(wheel)) as f64);
+        let command = driver.decide(time - overrun.lasted, ticks[0] - zero[0], ticks[1] - zero[1]);
+        let done = command.is_none();
+        let Command { left, right } = command.unwrap_or_default();
+        for (wheel, side) in sides.of_wheel.iter().enumerate() {
+            world.command(wheel, if *side == Side::Left { left } else { right });
+        }
+        overrun.after(world, driver.leg(), time);
+        done
+    }
+
+    /// Moves on by one step.
+    pub fn advance(&mut self) -> Result<(), WorldError> {
+        let time = self.time();
+        self.overrun.carry(&mut self.world, time);
+        self.world.step()
+    }
+}
+
+/// What went wrong, and in which run.
+pub(super) fn in_world(run: &str) -> impl Fn(WorldError) -> DriveError + '_ {
+    move |source| DriveError::World { run: run.to_owned(), source }
 }
 
 /// The scene when a run starts, `started` \[s\] after its campaign.
@@ -206,6 +271,7 @@ fn fnv1a(parts: &[&str]) -> u64 {
 }
 
 /// Which wheels make a side.
+#[derive(Clone)]
 struct Sides {
     of_wheel: Vec<Side>,
     count: [f64; 2],
@@ -228,101 +294,13 @@ impl Sides {
     }
 }
 
-/// How long wheels coast on after a stop, and then stand \[s\].
-const COASTING: [f64; 2] = [0.4, 0.2];
-
-/// Wheels that coast on after each stop, each in the direction of its last way, while the controller does not count.
-struct Overrun {
-    angle: f64,
-    /// The driver's leg, and the wheels' angles where it began.
-    leg: usize,
-    began_at: Vec<f64>,
-    /// When coasting began, and the counts and angles then.
-    since: Option<(f64, Vec<i64>, Vec<f64>)>,
-    direction: Vec<f64>,
-    /// Counts that the controller never got.
-    lost: Vec<i64>,
-    /// Time spent coasting, which the driver does not see \[s\].
-    lasted: f64,
-}
-
-impl Overrun {
-    fn new(world: &World) -> Overrun {
-        let wheels = world.scene().robot.wheels.len();
-        Overrun {
-            angle: world.scene().robot.drivetrain.stop_overrun,
-            leg: 0,
-            began_at: (0..wheels).map(|wheel| world.counted_angle(wheel)).collect(),
-            since: None,
-            direction: vec![0.0; wheels],
-            lost: vec![0; wheels],
-            lasted: 0.0,
-        }
-    }
-
-    fn lost(&self, wheel: usize) -> i64 {
-        self.lost[wheel]
-    }
-
-    /// The driver has decided, and is now in `leg`: where that is a new one the wheels have stopped, and coast.
-    fn after(&mut self, world: &World, leg: usize, time: f64) {
-        if self.angle == 0.0 || leg == self.leg {
-            return;
-        }
-        self.leg = leg;
-        for wheel in 0..self.direction.len() {
-            self.direction[wheel] = (world.counted_angle(wheel) - self.began_at[wheel]).signum();
-        }
-        let counts = (0..self.direction.len()).map(|wheel| world.ticks_now(wheel)).collect();
-        let angles = (0..self.direction.len()).map(|wheel| world.counted_angle(wheel)).collect();
-        self.since = Some((time, counts, angles));
-    }
-
-    /// Takes coasting wheels along in the coming step. What carries them on is not the motor: a speed loop would leave up to
-    /// a quarter of the way to dry friction. Its commands go along all the same, so that it holds the wheels where they end.
-    fn carry(&self, world: &mut World, time: f64) {
-        let Some((began, _, angles)) = &self.since else { return };
-        let [coast, _] = COASTING;
-        let part = ((time + world.scene().time_step - began) / coast).clamp(0.0, 1.0);
-        let way = self.angle * (part - (TAU * part).sin() / TAU);
-        for (wheel, (angle, direction)) in angles.iter().zip(&self.direction).enumerate() {
-            world.follow(wheel, angle + direction * way);
-        }
-    }
-
-    /// Commands coasting wheels; whether they coast.
-    fn coasts(&mut self, world: &mut World, logger: &mut Logger, time: f64) -> bool {
-        let Some((began, counts, _)) = &self.since else { return false };
-        let since = time - began;
-        let [coast, stand] = COASTING;
-        logger.held = true;
-        if since < coast + stand - 1e-9 {
-            let rate = if since < coast { self.angle / coast * (1.0 - (TAU * since / coast).cos()) } else { 0.0 };
-            for (wheel, direction) in self.direction.iter().enumerate() {
-                world.command(wheel, direction * rate);
-            }
-            return true;
-        }
-        for (wheel, before) in counts.iter().enumerate() {
-            let lost = world.ticks_now(wheel) - before;
-            self.lost[wheel] += lost;
-            logger.zero[wheel] += lost;
-            self.began_at[wheel] = world.counted_angle(wheel);
-            world.release(wheel);
-        }
-        logger.held = false;
-        self.lasted += since;
-        self.since = None;
-        false
-    }
-}
-
 /// Logs the encoders, one channel a wheel.
-struct Logger {
+#[derive(Clone)]
+pub(super) struct Logger {
     log: EncoderLog,
-    zero: Vec<i64>,
+    pub zero: Vec<i64>,
     /// Whether the counters stand still whatever the wheels do.
-    held: bool,
+    pub held: bool,
 }
 
 impl Logger {
@@ -351,10 +329,6 @@ impl Logger {
         }
         let counts = self.zero.iter().enumerate().map(|(wheel, zero)| (world.ticks_now(wheel) - zero) as f64);
         self.log.counts.extend(counts);
-    }
-
-    fn finish(self) -> EncoderLog {
-        self.log
     }
 }
 

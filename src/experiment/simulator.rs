@@ -5,7 +5,7 @@ use crate::diagnose::{ForwardError, ForwardModel};
 use crate::drive::{self, DriveError, Observer, Snapshot, Task};
 use crate::geometry::Trace;
 use crate::odometry::OdometryParameters;
-use crate::scene::Scene;
+use crate::scene::{Scene, SpottedFloor};
 use std::sync::atomic::AtomicBool;
 
 /// Predicts runs by simulating them: a replay where there is a log, else the driver drives the protocol.
@@ -55,21 +55,46 @@ impl ForwardModel for Simulator<'_> {
     }
 
     fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError> {
-        let boxed = |error: DriveError| ForwardError(Box::new(error));
         let scene = scene.clone().noise_free();
-        if run.encoders.as_ref().is_some_and(|log| log.len() > 1) {
+        if has_log(run) {
             return drive::replay(&scene, run, counted, self.stop).map_err(boxed);
         }
-        let start = run.start.unwrap_or_default();
-        let mut tracer = Tracer { start, trace: Trace::default() };
-        let task = Task {
-            speed: run.speed,
-            turn_rate: run.turn_rate,
-            started: run.started,
-            start,
-            ..Task::new(run.name.clone(), run.protocol)
-        };
+        let task = task_of(run);
+        let mut tracer = Tracer { start: task.start, trace: Trace::default() };
         drive::run(&scene, &task, 0, Some(&mut tracer), self.stop).map_err(boxed)?;
         Ok(tracer.trace)
+    }
+
+    fn traces_on(
+        &self,
+        scene: &Scene,
+        run: &Run,
+        counted: &OdometryParameters,
+        floors: &[SpottedFloor],
+    ) -> Result<Vec<Trace>, ForwardError> {
+        let scene = scene.clone().noise_free();
+        if has_log(run) {
+            drive::replay_beside(&scene, run, counted, floors, self.stop).map_err(boxed)
+        } else {
+            drive::run_beside(&scene, &task_of(run), floors, self.stop).map_err(boxed)
+        }
+    }
+}
+
+fn boxed(error: DriveError) -> ForwardError {
+    ForwardError(Box::new(error))
+}
+
+fn has_log(run: &Run) -> bool {
+    run.encoders.as_ref().is_some_and(|log| log.len() > 1)
+}
+
+fn task_of(run: &Run) -> Task {
+    Task {
+        speed: run.speed,
+        turn_rate: run.turn_rate,
+        started: run.started,
+        start: run.start.unwrap_or_default(),
+        ..Task::new(run.name.clone(), run.protocol)
     }
 }

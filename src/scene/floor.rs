@@ -6,6 +6,7 @@
 use super::error::SceneError;
 use super::shape::Placement;
 use super::{GRAVITY, shipped};
+use crate::geometry::Pose2;
 use crate::strict::{finite, finite_triple, non_negative, positive};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
 use serde::Deserialize;
@@ -105,6 +106,24 @@ pub enum Obstacle {
         /// Factor on friction.
         grip_ratio: f64,
     },
+}
+
+/// A floor that is another's but for what lies about a place.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SpottedFloor {
+    /// All regions of its plane.
+    pub regions: Vec<GripRegion>,
+    /// The place, in the room \[m\].
+    pub place: [f64; 2],
+    /// How far from it the base of a robot is at most that notices \[m\].
+    pub reach: f64,
+}
+
+impl SpottedFloor {
+    /// Whether a robot there may notice.
+    pub fn is_within(&self, base: Pose2) -> bool {
+        (base.x - self.place[0]).hypot(base.y - self.place[1]) < self.reach
+    }
 }
 
 /// Width of the band over which the grip changes at the edge of a region \[m\]: about a patch.

@@ -17,7 +17,7 @@ mod whole;
 
 pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
-pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape};
+pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape, SpottedFloor};
 pub use residue::{NoiseModel, Residue};
 pub use robot::{Caster, Doubt, DriverSettings, Drivetrain, Encoder, Robot, Side, Wheel};
 pub use shape::{Body, PlacedShape, Placement, Shape};

@@ -26,6 +26,23 @@ pub(super) struct Bodies {
     pub hinged: Vec<RigidBodyHandle>,
 }
 
+/// The engine as it is, bit for bit; its pipelines hold nothing but room to work in.
+pub(super) fn copied(physics: &PhysicsWorld) -> PhysicsWorld {
+    PhysicsWorld {
+        gravity: physics.gravity,
+        integration_parameters: physics.integration_parameters,
+        islands: physics.islands.clone(),
+        broad_phase: physics.broad_phase.clone(),
+        narrow_phase: physics.narrow_phase.clone(),
+        bodies: physics.bodies.clone(),
+        colliders: physics.colliders.clone(),
+        impulse_joints: physics.impulse_joints.clone(),
+        multibody_joints: physics.multibody_joints.clone(),
+        soft_bodies: physics.soft_bodies.clone(),
+        ..PhysicsWorld::new()
+    }
+}
+
 /// Builds the engine's bodies for `scene` with the robot's base over `start`.
 pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodies, WorldError> {
     let room_from_base = stand(scene, ground, start)?;

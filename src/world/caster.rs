@@ -6,6 +6,7 @@ use super::wheel::{BodyState, FloorMotion, Wrench};
 use crate::scene::Caster;
 use rapier3d::math::Vector;
 
+#[derive(Clone)]
 pub(super) struct RunningCaster {
     caster: Caster,
     /// Deflection of its one bristle, in the room.

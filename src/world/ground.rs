@@ -1,7 +1,7 @@
 //! What lies under a wheel, by parry queries.
 
 use super::convert;
-use crate::scene::{Floor, Obstacle};
+use crate::scene::{Floor, GripRegion, Obstacle};
 use rapier3d::math::{Pose, Vector};
 use rapier3d::parry::bounding_volume::{Aabb, BoundingVolume};
 use rapier3d::parry::shape::SharedShape;
@@ -10,12 +10,14 @@ use rapier3d::parry::shape::SharedShape;
 const LEAN: f64 = 0.02;
 
 /// The ground as shapes that can be queried and hit.
+#[derive(Clone)]
 pub(super) struct Ground {
     pub pieces: Vec<Piece>,
     floor: Floor,
 }
 
 /// One shape of the ground.
+#[derive(Clone)]
 pub(super) struct Piece {
     pub shape: SharedShape,
     pub room_from_shape: Pose,
@@ -49,6 +51,11 @@ impl Ground {
             pieces.push(Piece::new(shape, convert::pose(placement), grip_ratio, Some(index + 1)));
         }
         Ground { pieces, floor: floor.clone() }
+    }
+
+    /// From now on these regions of the plane grip otherwise.
+    pub(super) fn set_regions(&mut self, regions: &[GripRegion]) {
+        self.floor.regions = regions.to_vec();
     }
 
     /// Calls `touch` for each piece that a disc of `radius` and `width` about `centre` with axle `axle` presses into.

@@ -23,7 +23,7 @@ pub use patch::{BRISTLE_DAMPING, CELLS_ACROSS, CELLS_ALONG, Patch, PatchForce, P
 pub use snapshot::{PatchSnapshot, WheelSnapshot};
 
 use crate::geometry::{Pose2, Twist2, unwrap_near, wrap_angle};
-use crate::scene::{Contact, EmpiricalTerm, Motion, Placement, Scene};
+use crate::scene::{Contact, EmpiricalTerm, GripRegion, Motion, Placement, Scene};
 use carried::CarriedContacts;
 use caster::RunningCaster;
 pub use drivetrain::Play;
@@ -41,7 +41,7 @@ const SMOOTHING: f64 = 0.05;
 /// Lean of the chassis beyond which the robot has tipped over: cos 60°.
 const TIPPED: f64 = 0.5;
 
-/// A running world: one robot on one floor.
+/// A running world: one robot on one floor. A copy goes on as the original does, bit for bit.
 pub struct World {
     scene: Scene,
     ground: Ground,
@@ -56,6 +56,21 @@ pub struct World {
     heading: f64,
     /// Forward speed, smoothed, from which empirical terms take an acceleration \[m/s\].
     smooth_speed: f64,
+}
+
+impl Clone for World {
+    fn clone(&self) -> World {
+        World {
+            scene: self.scene.clone(),
+            ground: self.ground.clone(),
+            physics: bodies::copied(&self.physics),
+            chassis: self.chassis,
+            wheels: self.wheels.clone(),
+            casters: self.casters.clone(),
+            unevenness: self.unevenness.clone(),
+            ..*self
+        }
+    }
 }
 
 impl World {
@@ -106,6 +121,12 @@ impl World {
         self.steps += 1;
         self.read_angles();
         self.check()
+    }
+
+    /// From now on these regions of the floor's plane grip otherwise, and no others.
+    pub fn set_regions(&mut self, regions: &[GripRegion]) {
+        self.scene.floor.regions = regions.to_vec();
+        self.ground.set_regions(regions);
     }
 
     /// Simulated time \[s\].

@@ -14,6 +14,7 @@ const DISTANCE_BIN: f64 = 0.05;
 /// Turn over which the floor keeps its effect on turning \[rad\].
 const TURN_BIN: f64 = 0.05;
 
+#[derive(Clone)]
 pub(super) struct Unevenness {
     rng: ChaCha8Rng,
     scatter: Scatter,

@@ -22,6 +22,7 @@ use rapier3d::prelude::{RigidBody, RigidBodyHandle};
 /// Pieces of ground that one wheel can press into at once: a floor and the edge of something on it, and one more.
 const MAX_PATCHES: usize = 3;
 
+#[derive(Clone)]
 pub(super) struct RunningWheel {
     pub mount: Mount,
     /// Where its middle is in the base.
@@ -55,6 +56,7 @@ pub(super) struct RunningWheel {
 }
 
 /// What holds a wheel.
+#[derive(Clone)]
 pub(super) enum Mount {
     /// It is part of the robot's body, and turns.
     Turning(Turning),
@@ -63,6 +65,7 @@ pub(super) enum Mount {
 }
 
 /// A wheel's own degree of freedom.
+#[derive(Clone)]
 pub(super) struct Turning {
     /// Ω, against the room \[rad/s\].
     spin: f64,
@@ -73,7 +76,7 @@ pub(super) struct Turning {
 }
 
 /// A patch on one piece of ground.
-#[derive(Default)]
+#[derive(Clone, Default)]
 pub(super) struct Contacting {
     piece: Option<usize>,
     /// Touched in this step.

@@ -10,7 +10,7 @@ use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Score, Simulator, Tally, campaign, score};
 use treadmark::geometry::Trace;
 use treadmark::odometry::OdometryParameters;
-use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Side, Tether, TwistPart};
+use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Side, SpottedFloor, Tether, TwistPart};
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 
@@ -504,6 +504,16 @@ impl ForwardModel for Fragile<'_> {
             return Err(ForwardError("it tips over".into()));
         }
         self.simulator.trace(scene, run, counted)
+    }
+
+    fn traces_on(
+        &self,
+        scene: &Scene,
+        run: &Run,
+        counted: &OdometryParameters,
+        floors: &[SpottedFloor],
+    ) -> Result<Vec<Trace>, ForwardError> {
+        self.simulator.traces_on(scene, run, counted, floors)
     }
 }
 

@@ -4,16 +4,19 @@ use super::response::{Interplay, Node, Response, Responses, Whole, share_of};
 use super::{Bench, Surrogate};
 use crate::diagnose::case::{Case, Cluster};
 use crate::diagnose::forward::ForwardError;
+use crate::diagnose::spots;
 use crate::diagnose::variant::{Axis, Coordinate, Coordinates, Variant, edited};
 use crate::diagnose::way::{Step, Way, each, length, subtract};
+use crate::geometry::Trace;
+use crate::scene::SpottedFloor;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Values of a coordinate that are simulated first. Of spots on the floor there are many: what is plausible, and one below
-/// the grip at which a robot no longer turns as it is told, have to do until a spot is a leading answer.
-pub(super) fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
+/// Values of a coordinate that are simulated first, the one that shows most at the head. What a spot on the floor does turns
+/// about where its grip is what takes a wheel aside, and is level below where a robot no longer turns as it is told.
+pub(in crate::diagnose) fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
     if variant.place().is_some() {
-        [0.0, -1.0].map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)).to_vec()
+        SPOT_NODES.map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)).to_vec()
     } else if coordinate.one_sided {
         vec![coordinate.std_dev, 2.0 * coordinate.std_dev]
     } else {
@@ -36,8 +39,9 @@ const CLOSE: f64 = 0.5;
 const ASTRAY: f64 = 0.1;
 /// Values nearer than this to one another need not both be simulated \[σ\].
 const SAME: f64 = 0.1;
-/// Values at which a leading spot is simulated besides, in σ about its mean.
-const SPOT_GRID: [f64; 8] = [1.0, 0.5, -0.25, -0.5, -0.75, -1.5, -2.0, -2.5];
+/// Values at which a spot is simulated, and at which a leading one is besides, in σ about its mean.
+const SPOT_NODES: [f64; 3] = [-0.75, 0.0, 0.75];
+const SPOT_GRID: [f64; 8] = [1.25, 0.25, -0.25, -0.5, -1.0, -1.5, -2.0, -2.5];
 
 /// Simulations of a cluster that a coordinate takes at first.
 pub(super) fn simulations(variants: &[Variant], axis: Axis) -> usize {
@@ -97,17 +101,17 @@ impl Surrogate {
         let concerned: Vec<usize> = (0..bench.clusters.len())
             .filter(|&cluster| self.concerns(bench.model.scene(), &bench.clusters[cluster], variant))
             .collect();
-        let simulated = self.simulate(bench, &concerned, axis, &values)?;
+        let simulated = self.in_passing(bench, &concerned, axis, &values)?;
         // What was carried over goes, also where the spot is not come upon.
         self.responses.iter_mut().for_each(|responses| drop(responses.of_axis.remove(&axis)));
         for (cluster, simulated) in simulated {
-            self.responses[cluster].of_axis.insert(axis, Response::of(variant, simulated));
+            self.responses[cluster].of_axis.insert(axis, Response::in_passing(simulated));
         }
         self.apportion(bench);
         Ok(())
     }
 
-    /// Makes the stand-in exact at one value of one axis, in every cluster; a spot, at all that it may be.
+    /// Makes the stand-in exact at one value of one axis, in every cluster; a spot in passing at all that it may be besides.
     pub fn refine(&mut self, bench: Bench<'_>, axis: Axis, at: f64) -> Result<(), ForwardError> {
         let variant = &bench.variants[axis.variant];
         let is_spot = variant.place().is_some();
@@ -116,14 +120,16 @@ impl Surrogate {
         }
         let concerned: Vec<usize> =
             (0..bench.clusters.len()).filter(|&cluster| self.responses[cluster].of_axis.contains_key(&axis)).collect();
-        let mut values = vec![at];
+        let nearest = self.nearest(axis, at);
+        let mut simulated = self.simulate(bench, &concerned, axis, &[at])?;
         if is_spot {
             let coordinate = variant.coordinates[axis.coordinate];
-            values.extend(SPOT_GRID.map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)));
-            values.retain(|&value| self.nearest_node(axis, value, bench.variants) > SAME * coordinate.std_dev);
+            let mut values = SPOT_GRID.map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)).to_vec();
+            let is_near = |value: f64, node: f64| (value - node).abs() < SAME * coordinate.std_dev;
+            values.retain(|&value| !is_near(value, at) && !is_near(value, self.nearest(axis, value)));
+            let in_passing = self.in_passing(bench, &concerned, axis, &values)?;
+            simulated.iter_mut().zip(in_passing).for_each(|((_, nodes), (_, more))| nodes.extend(more));
         }
-        let mut simulated = self.simulate(bench, &concerned, axis, &values)?;
-        let nearest = self.nearest(axis, at);
         let is_far = (at - nearest).abs() > variant.coordinates[axis.coordinate].std_dev;
         if is_far && !is_spot && simulated.iter().any(|(cluster, nodes)| self.is_astray(*cluster, axis, &nodes[0])) {
             let between = self.simulate(bench, &concerned, axis, &[0.5 * (at + nearest)])?;
@@ -140,6 +146,7 @@ impl Surrogate {
             }
             simulated.extend(added);
             response.simulated_at(simulated);
+            response.in_passing = false;
         }
         self.apportion(bench);
         Ok(())
@@ -170,6 +177,42 @@ impl Surrogate {
             Ok((cluster, simulated))
         };
         clusters.par_iter().map(one).collect()
+    }
+
+    /// What values of a spot change in some clusters, simulated while their runs pass it.
+    fn in_passing(
+        &self,
+        bench: Bench<'_>,
+        clusters: &[usize],
+        axis: Axis,
+        values: &[f64],
+    ) -> Result<Vec<(usize, Vec<Node>)>, ForwardError> {
+        let spots: Vec<(Axis, f64)> = values.iter().map(|&value| (axis, value)).collect();
+        let one = |&cluster: &usize| {
+            let changes = self.changes_in_passing(bench, &bench.clusters[cluster], &spots)?;
+            Ok((cluster, values.iter().copied().zip(changes).collect()))
+        };
+        clusters.par_iter().map(one).collect()
+    }
+
+    /// What spots on the floor, each for itself, change in the steps of a cluster's reference run while that passes them.
+    pub(super) fn changes_in_passing(
+        &self,
+        bench: Bench<'_>,
+        cluster: &Cluster,
+        spots: &Coordinates,
+    ) -> Result<Vec<Vec<Step>>, ForwardError> {
+        let Bench { model, cases, variants, .. } = bench;
+        let case = &cases[cluster.reference];
+        let floors: Vec<SpottedFloor> = spots
+            .iter()
+            .filter_map(|spot| {
+                let place = variants[spot.0.variant].place()?;
+                Some(spots::spotted(&edited(model.scene(), variants, &[*spot]), place))
+            })
+            .collect();
+        let traces = model.traces_on(model.scene(), &case.run, &case.counted, &floors)?;
+        Ok(traces.iter().map(|trace| self.changed(cluster, case, trace)).collect())
     }
 
     /// Simulates what causes and terms of one answer do together, each two of them and all at once, where that is not known
@@ -335,7 +378,6 @@ impl Surrogate {
     ) -> Result<Vec<Step>, ForwardError> {
         let Bench { model, cases, variants, .. } = bench;
         let case = &cases[cluster.reference];
-        let way = &self.ways[cluster.reference];
         let mut given = model.scene().clone();
         let mut run = case.run.clone();
         if at.iter().any(|(axis, _)| variants[axis.variant].coordinates[axis.coordinate].hourly) {
@@ -345,7 +387,13 @@ impl Surrogate {
             run.started = Some(3600.0);
         }
         let trace = model.trace(&edited(&given, variants, at), &run, &case.counted)?;
-        let edited = Way::of(&trace, way.steps.len(), case.replayed, 0.0);
-        Ok(edited.steps.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect())
+        Ok(self.changed(cluster, case, &trace))
+    }
+
+    /// By how much the steps of a trace of a cluster's reference run are not those of the model as given.
+    fn changed(&self, cluster: &Cluster, case: &Case, trace: &Trace) -> Vec<Step> {
+        let way = &self.ways[cluster.reference];
+        let edited = Way::of(trace, way.steps.len(), case.replayed, 0.0);
+        edited.steps.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect()
     }
 }

@@ -19,12 +19,16 @@ use super::variant::{Axis, Coordinates, Variant, causes};
 use super::way::{self, ARM, Step, Way, compose, count_of, each, lasts, length, pose_at};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Scene, Survey, TwistPart};
-use exact::{axes, nodes, simulations};
+pub(super) use exact::nodes;
+use exact::{axes, simulations};
 use library::Entry;
 use rayon::prelude::*;
 use response::{NO_ERRORS, Response, Responses, errors_of_response};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
+
+/// Spots on the floor that one simulation passes.
+const AT_ONCE: usize = 32;
 
 /// What is simulated, by whom, and what causes could be at work.
 #[derive(Clone, Copy)]
@@ -158,19 +162,45 @@ impl Surrogate {
             }
         }
         let bench = Bench { model, cases, clusters, variants };
-        let responses: Vec<Response> = to_simulate
+        let is_spot = |(_, axis): &(usize, Axis)| variants[axis.variant].place().is_some();
+        let (spots, causes): (Vec<_>, Vec<_>) = to_simulate.into_iter().partition(is_spot);
+        let of_clusters = spots.chunk_by(|(one, _), (other, _)| one == other);
+        let chunks: Vec<&[(usize, Axis)]> = of_clusters.flat_map(|spots| spots.chunks(AT_ONCE)).collect();
+        let values = |axis: Axis| {
+            let variant = &variants[axis.variant];
+            nodes(variant, variant.coordinates[axis.coordinate])
+        };
+        let in_passing: Vec<Response> = chunks
+            .par_iter()
+            .map(|chunk| {
+                let cluster = &clusters[chunk[0].0];
+                let each: Vec<Vec<f64>> = chunk.iter().map(|&(_, axis)| values(axis)).collect();
+                let all: Vec<(Axis, f64)> = chunk
+                    .iter()
+                    .zip(&each)
+                    .flat_map(|(&(_, axis), values)| values.iter().map(move |&value| (axis, value)))
+                    .collect();
+                let mut changes = surrogate.changes_in_passing(bench, cluster, &all)?.into_iter();
+                all.iter().for_each(|_| tick());
+                Ok(each
+                    .into_iter()
+                    .map(|values| Response::in_passing(values.into_iter().zip(&mut changes).collect()))
+                    .collect())
+            })
+            .collect::<Result<Vec<Vec<Response>>, ForwardError>>()?
+            .concat();
+        let whole: Vec<Response> = causes
             .par_iter()
             .map(|&(cluster, axis)| {
-                let coordinate = variants[axis.variant].coordinates[axis.coordinate];
-                let nodes = nodes(&variants[axis.variant], coordinate).into_iter().map(|at| {
+                let nodes = values(axis).into_iter().map(|at| {
                     let change = surrogate.simulated_change(bench, &clusters[cluster], &[(axis, at)]);
                     tick();
                     change.map(|change| (at, change))
                 });
-                Ok(Response::of(&variants[axis.variant], nodes.collect::<Result<_, ForwardError>>()?))
+                Ok(Response::smooth(nodes.collect::<Result<_, ForwardError>>()?))
             })
             .collect::<Result<_, ForwardError>>()?;
-        for ((cluster, axis), response) in to_simulate.into_iter().zip(responses) {
+        for ((cluster, axis), response) in spots.into_iter().zip(in_passing).chain(causes.into_iter().zip(whole)) {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
@@ -259,10 +289,12 @@ impl Surrogate {
         self.responses.iter().any(|responses| responses.of_axis.get(&axis).is_some_and(|it| it.carried))
     }
 
-    /// How far `at` is from the nearest value of `axis` that was simulated. A spot that was come upon on other ways is none:
-    /// what it does changes over a decimetre.
+    /// How far `at` is from the nearest value of `axis` that was simulated. A spot that was come upon on other ways is none,
+    /// for what it does changes over a few centimetres, nor one that was come upon in passing.
     pub fn nearest_node(&self, axis: Axis, at: f64, variants: &[Variant]) -> f64 {
-        if variants[axis.variant].place().is_some() && self.is_carried(axis) {
+        let is_none = |it: &Response| it.carried || it.in_passing;
+        let of_axis = |responses: &Responses| responses.of_axis.get(&axis).is_some_and(is_none);
+        if variants[axis.variant].place().is_some() && self.responses.iter().any(of_axis) {
             return f64::INFINITY;
         }
         (self.nearest(axis, at) - at).abs()

@@ -76,6 +76,8 @@ pub(super) struct Response {
     between: Between,
     /// Whether it was simulated on another way of its kind.
     pub carried: bool,
+    /// Whether all of it was simulated in passing a spot, and not to the end of the way.
+    pub in_passing: bool,
 }
 
 /// What is taken to happen between nodes.
@@ -90,10 +92,9 @@ enum Between {
 }
 
 impl Response {
-    /// Of a variant.
-    pub fn of(variant: &Variant, simulated: Vec<Node>) -> Response {
-        let between = if variant.place().is_some() { Between::Straight } else { Between::Smooth };
-        Response::through(simulated, between)
+    /// Of a spot on the floor, simulated while it is passed.
+    pub fn in_passing(simulated: Vec<Node>) -> Response {
+        Response { in_passing: true, ..Response::through(simulated, Between::Straight) }
     }
 
     pub fn smooth(simulated: Vec<Node>) -> Response {
@@ -103,11 +104,11 @@ impl Response {
     /// The same of another way, step by step.
     pub fn carried_over(&self, changes: impl Fn(&[Step]) -> Vec<Step>) -> Response {
         let simulated = self.simulated.iter().map(|(node, own)| (*node, changes(own))).collect();
-        Response { simulated, between: self.between, carried: true }
+        Response { simulated, carried: true, ..*self }
     }
 
     fn through(simulated: Vec<Node>, between: Between) -> Response {
-        let mut response = Response { simulated: Vec::new(), between, carried: false };
+        let mut response = Response { simulated: Vec::new(), between, carried: false, in_passing: false };
         response.simulated_at(simulated);
         response
     }
