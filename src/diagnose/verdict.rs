@@ -4,6 +4,7 @@ use super::blind::blind;
 use super::doubt::SHARES;
 use super::misfit::{misfit, run_readings};
 use super::noise;
+use super::response_error::PARTS;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::spots;
 use super::variant::{Axis, CLOCKS, Variant, causes, terms};
@@ -204,7 +205,8 @@ fn doubt(study: &Study<'_>, best: &Hypothesis) -> Doubt {
     }
 }
 
-/// Share by which turns or ways change under `at`, root mean square, whichever is greater.
+/// Share by which turns or ways change under `at`, root mean square over the parts of a way, whichever is greater: a turn that
+/// comes a little later, or is made good at once, is none.
 pub(super) fn correction(study: &Study<'_>, at: &[(Axis, f64)]) -> f64 {
     let of = |component: usize| {
         let (mut changed, mut whole) = (0.0, 0.0);
@@ -212,9 +214,11 @@ pub(super) fn correction(study: &Study<'_>, at: &[(Axis, f64)]) -> f64 {
         for (index, cluster) in study.clusters[..study.used].iter().enumerate() {
             let way = &study.surrogate.ways[cluster.reference];
             let steps = study.surrogate.steps(index, cluster.reference, at, &study.variants);
-            for (step, given) in steps.iter().zip(&way.steps) {
-                changed += (step[component] - given[component]).powi(2);
-                whole += given[component].powi(2);
+            let both: Vec<[f64; 2]> =
+                steps.iter().zip(&way.steps).map(|(step, given)| [step[component], given[component]]).collect();
+            for part in both.chunks(both.len().div_ceil(PARTS)) {
+                changed += part.iter().map(|[step, given]| step - given).sum::<f64>().powi(2);
+                whole += part.iter().map(|[_, given]| given.abs()).sum::<f64>().powi(2);
             }
         }
         if whole > 0.0 { (changed / whole).sqrt() } else { 0.0 }
