@@ -7,6 +7,8 @@ use super::{DiagnoseError, Study, spots, verdict};
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
+/// Times that the stand-in is made exact where the leading answers are: what is far from what is plausible is followed there.
+const ROUNDS: usize = 6;
 /// Times that an answer is simulated as a whole to find where it leaves least, and that another takes its place.
 const AS_A_WHOLE: usize = 8;
 /// Distance from what was simulated beyond which an answer is simulated where it is \[σ\].
@@ -41,8 +43,8 @@ impl Study<'_> {
     pub(super) fn refined(&mut self, first: Ranking) -> Result<Ranking, DiagnoseError> {
         let mut ranking = first;
         // The stand-in is made exact where the leading answers are, and asked again.
-        for (round, distances) in spots::ROUNDS.into_iter().enumerate() {
-            let closer = self.close_in(&ranking, distances)?;
+        for round in 0..ROUNDS {
+            let closer = self.close_in(&ranking, spots::CLOSER.get(round).copied().unwrap_or_default())?;
             let refined = self.refine(&ranking)?;
             if !closer && !refined {
                 break;
@@ -90,7 +92,7 @@ impl Study<'_> {
             }
         }
         places.truncate(spots);
-        let looked_into = !places.is_empty();
+        let looked_into = !places.is_empty() && !distances.is_empty();
         for (place, value) in places {
             for &distance in distances {
                 let known: Vec<[f64; 2]> = self.variants.iter().filter_map(Variant::place).collect();

@@ -23,7 +23,7 @@ const TURNS: f64 = 0.01;
 const EDGE: f64 = 0.06;
 /// Distances from a leading place at which spots are tried round by round \[m\]: first up to the next candidates, then in
 /// halves, to 2 mm.
-pub(super) const ROUNDS: [&[f64]; 4] = [&[0.0125, 0.025, 0.0375, 0.075], &[0.006_25], &[0.003_125], &[0.001_562]];
+pub(super) const CLOSER: [&[f64]; 4] = [&[0.0125, 0.025, 0.0375, 0.075], &[0.006_25], &[0.003_125], &[0.001_562]];
 /// Share of that distance by which a place has to be away from all that are known.
 const APART: f64 = 0.4;
 
