@@ -12,9 +12,9 @@ use crate::geometry::Pose2;
 use crate::scene::{Scene, SpottedFloor};
 use std::f64::consts::{FRAC_PI_2, TAU};
 
-/// Distance of the first candidates along a path \[m\]. Where a robot turns on the spot it is a few centimetres that decide
-/// which of its wheels are in a spot: what that does is straight lines from one of those places to the next, as it were.
-/// Along a bend wheels pass through, and half a spot's radius will do.
+/// Distance of the first candidates along a path \[m\]. Where a robot turns on the spot, a few centimetres decide which of its
+/// wheels are in a spot, and what that does changes about evenly from one of these places to the next. Along a bend wheels
+/// pass through, and half a spot's radius will do.
 const SPACING: f64 = 0.05;
 const ALONG_A_BEND: f64 = 0.15;
 /// Turn in a step of the way from which on wheels scrub \[rad\]; a step takes 0.1 s.
