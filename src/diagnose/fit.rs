@@ -231,7 +231,10 @@ impl Problem<'_> {
             (true, false) => of_responses,
             (true, true) => of_responses + PARTS,
         };
-        let size = p + per_condition * self.conditions;
+        // Those of runs that do not count are left out: were it for zeros, sums would be rounded otherwise.
+        let counts = |cluster: &&Cluster| cluster.count(&self.counts) > 0.0;
+        let conditions = self.clusters.iter().filter(counts).map(|cluster| cluster.condition + 1).max().unwrap_or(0);
+        let size = p + per_condition * conditions;
         let mut normal = DMatrix::<f64>::identity(size, size);
         let mut right = DVector::<f64>::zeros(size);
         normal.view_mut((0, 0), (p, p)).copy_from(&(a + DMatrix::from_diagonal(&local.precision)));

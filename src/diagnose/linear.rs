@@ -17,7 +17,6 @@ pub(super) struct Problem<'a> {
     pub scene: &'a Scene,
     pub cases: &'a [Case],
     pub clusters: &'a [Cluster],
-    pub conditions: usize,
     pub variants: &'a [Variant],
     pub surrogate: &'a Surrogate,
     /// Observed readings, flattened, one vector a run.

@@ -344,7 +344,6 @@ impl<'m> Study<'m> {
             scene: self.model.scene(),
             cases: &self.cases,
             clusters: &self.clusters,
-            conditions: self.conditions.len(),
             variants: &self.variants,
             surrogate: &self.surrogate,
             observed: self.observed.clone(),
