@@ -24,7 +24,7 @@ pub(super) fn logged_runs(training: &Training) -> Result<Vec<LoggedRun>, Calibra
 
 impl LoggedRun {
     fn of(observation: &Observation) -> Option<LoggedRun> {
-        let log = observation.run.encoders.as_ref().filter(|log| log.len() > 1)?;
+        let log = observation.run.log()?;
         let odometry = &observation.odometry;
         let zero = log.sides(0, odometry);
         let wheels = (0..log.len())

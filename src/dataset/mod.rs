@@ -209,6 +209,11 @@ impl EncoderLog {
 }
 
 impl Run {
+    /// The encoder log, where there is one that says how the wheels turned: of two rows or more.
+    pub fn log(&self) -> Option<&EncoderLog> {
+        self.encoders.as_ref().filter(|log| log.len() > 1)
+    }
+
     /// Where the robot believed that it ended, in the frame of its start: the replay of the encoder log with
     /// `odometry` where there is one; else the `odom_*` columns; else, for a closed protocol, the protocol's own end
     /// (the robot drove until its odometry closed it). `None` for a path without logs.

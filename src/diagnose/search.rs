@@ -296,6 +296,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
         let axes = axes_of(variants, &Set::from([index]));
         axes.into_iter().map(|axis| problem.looks(axis).len()).max().unwrap_or(0)
     };
+    let adds_spot = |set: &Set| set.difference(&seed.set).any(|&index| variants[index].place().is_some());
     let mut all = promises_beside(problem, &others, seed, 0);
     for look in 1.. {
         let more: Vec<usize> = others.iter().copied().filter(|&index| looks(index) > look).collect();
@@ -304,7 +305,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
         }
         for other in promises_beside(problem, &more, seed, look) {
             let promise = all.iter_mut().find(|promise| promise.set == other.set).expect("all were looked at");
-            let is_spot = other.set.difference(&seed.set).any(|&index| variants[index].place().is_some());
+            let is_spot = adds_spot(&other.set);
             match () {
                 // There are many of them: each begins where it promises most.
                 () if is_spot && other.log_posterior > promise.log_posterior => *promise = other,
@@ -319,7 +320,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     all.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
     let mut spots = 0;
     all.retain(|promise| {
-        let is_spot = promise.set.difference(&seed.set).any(|&index| variants[index].place().is_some());
+        let is_spot = adds_spot(&promise.set);
         spots += usize::from(is_spot);
         !is_spot || spots <= SPOTS
     });

@@ -51,13 +51,14 @@ pub fn replay(scene: &Scene, run: &Run, counted: &OdometryParameters, stop: &Ato
 
 /// The log that a replay is of.
 pub(super) fn log_of(run: &Run) -> Result<&EncoderLog, DriveError> {
-    let log = run.encoders.as_ref().filter(|log| log.len() > 1);
-    log.ok_or_else(|| DriveError::NoLog { run: run.name.clone() })
+    run.log().ok_or_else(|| DriveError::NoLog { run: run.name.clone() })
 }
 
 /// How the wheels of a scene turned for a log, and how they came to where it begins.
 pub(super) struct Rotations {
     wheels: Vec<Rotation>,
+    /// Of each where it begins \[rad\].
+    began_at: Vec<f64>,
     /// How long they are brought to their speed before the log begins \[s\].
     run_up: f64,
 }
@@ -70,7 +71,8 @@ pub(super) fn rotations(scene: &Scene, run: &Run, log: &EncoderLog, counted: &Od
         scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &stops, counted)).collect();
     let began_moving = wheels.iter().any(|wheel| wheel.initial_speed != 0.0);
     let run_up = if began_moving { RUN_UP[0] + held(&scene.robot.drivetrain) } else { 0.0 };
-    Rotations { wheels, run_up }
+    let began_at = wheels.iter().map(|wheel| wheel.run_up(-run_up)).collect();
+    Rotations { wheels, began_at, run_up }
 }
 
 /// A replay under way. A copy goes on as the original does.
@@ -136,8 +138,8 @@ impl<'l> Replaying<'l> {
 
     /// Turns each wheel to an angle in one step.
     fn turn(&mut self, angle: impl Fn(&Rotation) -> f64) -> Result<(), WorldError> {
-        for (index, wheel) in self.wheels.wheels.iter().enumerate() {
-            self.world.follow(index, angle(wheel) - wheel.run_up(-self.wheels.run_up));
+        for (index, (wheel, began_at)) in self.wheels.wheels.iter().zip(&self.wheels.began_at).enumerate() {
+            self.world.follow(index, angle(wheel) - began_at);
         }
         self.world.step()
     }

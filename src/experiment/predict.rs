@@ -19,16 +19,15 @@ pub fn predict(dataset: &Dataset, simulator: &Simulator<'_>) -> Result<(Dataset,
         ticks_per_revolution: believed.ticks_per_revolution.or(scene.robot.odometry.ticks_per_revolution),
         ..believed
     };
-    let (known, unknown): (Vec<_>, Vec<_>) = dataset.runs.iter().partition(|run| {
-        run.encoders.as_ref().is_some_and(|log| log.len() > 1) || run.protocol.nominal_end().is_some()
-    });
+    let (known, unknown): (Vec<_>, Vec<_>) =
+        dataset.runs.iter().partition(|run| run.log().is_some() || run.protocol.nominal_end().is_some());
     let runs = known
         .par_iter()
         .map(|run| {
             let trace = simulator.trace(scene, run, &counted)?;
             let start = trace.poses[0];
             let mut predicted = (*run).clone();
-            predicted.poses = run.encoders.as_ref().filter(|log| log.len() > 1).map(|log| PoseLog {
+            predicted.poses = run.log().map(|log| PoseLog {
                 time: log.time.iter().map(|&time| scene.survey.stamp(time)).collect(),
                 poses: log.time.iter().map(|&time| scene.survey.reading(start, trace.at(time)).into()).collect(),
             });

@@ -56,7 +56,7 @@ impl ForwardModel for Simulator<'_> {
 
     fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError> {
         let scene = scene.clone().noise_free();
-        if has_log(run) {
+        if run.log().is_some() {
             return drive::replay(&scene, run, counted, self.stop).map_err(boxed);
         }
         let task = task_of(run);
@@ -73,7 +73,7 @@ impl ForwardModel for Simulator<'_> {
         floors: &[SpottedFloor],
     ) -> Result<Vec<Trace>, ForwardError> {
         let scene = scene.clone().noise_free();
-        if has_log(run) {
+        if run.log().is_some() {
             drive::replay_beside(&scene, run, counted, floors, self.stop).map_err(boxed)
         } else {
             drive::run_beside(&scene, &task_of(run), floors, self.stop).map_err(boxed)
@@ -83,10 +83,6 @@ impl ForwardModel for Simulator<'_> {
 
 fn boxed(error: DriveError) -> ForwardError {
     ForwardError(Box::new(error))
-}
-
-fn has_log(run: &Run) -> bool {
-    run.encoders.as_ref().is_some_and(|log| log.len() > 1)
 }
 
 fn task_of(run: &Run) -> Task {

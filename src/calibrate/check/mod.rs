@@ -97,7 +97,7 @@ impl Work {
     /// Net way of the left and of the right wheels of a run by its log \[m\].
     fn arcs(&self, run: &Run) -> Option<[f64; 2]> {
         let odometry = self.odometry.as_ref()?;
-        let log = run.encoders.as_ref().filter(|log| log.len() > 1)?;
+        let log = run.log()?;
         // Ticks that nobody can turn into radians.
         if log.unit == EncoderUnit::Ticks && odometry.ticks_per_revolution.is_none() {
             return None;

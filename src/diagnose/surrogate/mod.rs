@@ -174,18 +174,13 @@ impl Surrogate {
             .par_iter()
             .map(|chunk| {
                 let cluster = &clusters[chunk[0].0];
-                let each: Vec<Vec<f64>> = chunk.iter().map(|&(_, axis)| values(axis)).collect();
-                let all: Vec<(Axis, f64)> = chunk
-                    .iter()
-                    .zip(&each)
-                    .flat_map(|(&(_, axis), values)| values.iter().map(move |&value| (axis, value)))
-                    .collect();
+                let spots = |&(_, axis): &(usize, Axis)| values(axis).into_iter().map(move |value| (axis, value));
+                let all: Vec<(Axis, f64)> = chunk.iter().flat_map(spots).collect();
                 let mut changes = surrogate.changes_in_passing(bench, cluster, &all)?.into_iter();
                 all.iter().for_each(|_| tick());
-                Ok(each
-                    .into_iter()
-                    .map(|values| Response::in_passing(values.into_iter().zip(&mut changes).collect()))
-                    .collect())
+                let each = all.chunk_by(|(one, _), (other, _)| one == other);
+                let of_spot = each.map(|spot| spot.iter().map(|(_, value)| *value).zip(&mut changes).collect());
+                Ok(of_spot.map(Response::in_passing).collect())
             })
             .collect::<Result<Vec<Vec<Response>>, ForwardError>>()?
             .concat();
