@@ -135,30 +135,54 @@ impl Surrogate {
             let between = self.simulate(bench, &concerned, axis, &[0.5 * (at + nearest)])?;
             simulated.iter_mut().zip(between).for_each(|((_, nodes), (_, between))| nodes.extend(between));
         }
+        let mut gone: Vec<(usize, Node)> = Vec::new();
         for (cluster, added) in simulated {
             let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
             // What a term was taken to do before it was simulated is no simulation.
-            let mut simulated = if variant.is_term() { Vec::new() } else { response.simulated.clone() };
-            if response.carried && !is_spot {
+            let mut simulated = if variant.is_term() { Vec::new() } else { std::mem::take(&mut response.simulated) };
+            if !is_spot {
                 // A curve through neighbours that were simulated on other ways would swing between them.
                 let apart = CLOSE * variant.coordinates[axis.coordinate].std_dev;
-                simulated.retain(|(node, _)| (node - at).abs() > apart);
+                let is_other = |node: &Node| node.carried && (node.at - at).abs() <= apart;
+                let (other, own): (Vec<Node>, Vec<Node>) = simulated.into_iter().partition(is_other);
+                simulated = own;
+                gone.extend(other.into_iter().map(|node| (cluster, node)));
             }
             simulated.extend(added);
             response.simulated_at(simulated);
             response.in_passing = false;
         }
+        self.simulate_anew(bench, &concerned, axis, gone)?;
         self.apportion(bench);
         Ok(())
     }
 
+    /// Simulates on these ways what was simulated on others and made room, where the curve is another without it.
+    fn simulate_anew(
+        &mut self,
+        bench: Bench<'_>,
+        concerned: &[usize],
+        axis: Axis,
+        mut gone: Vec<(usize, Node)>,
+    ) -> Result<(), ForwardError> {
+        gone.retain(|(cluster, node)| self.is_astray(*cluster, axis, node));
+        let mut missed: Vec<f64> = gone.iter().map(|(_, node)| node.at).collect();
+        missed.sort_by(f64::total_cmp);
+        missed.dedup();
+        for (cluster, added) in self.simulate(bench, concerned, axis, &missed)? {
+            let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
+            response.simulated_at(response.simulated.iter().cloned().chain(added).collect());
+        }
+        Ok(())
+    }
+
     /// Whether what an axis was taken to do at a node is wrong by more than a share of it.
-    fn is_astray(&self, cluster: usize, axis: Axis, (at, simulated): &Node) -> bool {
-        let mut off = vec![[0.0; 3]; simulated.len()];
-        self.responses[cluster].of_axis[&axis].add(*at, 1.0, &mut off);
-        subtract(&mut off, simulated);
+    fn is_astray(&self, cluster: usize, axis: Axis, node: &Node) -> bool {
+        let mut off = vec![[0.0; 3]; node.change.len()];
+        self.responses[cluster].of_axis[&axis].add(node.at, 1.0, &mut off);
+        subtract(&mut off, &node.change);
         let size = |changes: &[Step]| changes.iter().map(length).sum::<f64>();
-        size(&off) > ASTRAY * size(simulated)
+        size(&off) > ASTRAY * size(&node.change)
     }
 
     /// What `values` of one axis change in some clusters.
@@ -172,7 +196,10 @@ impl Surrogate {
         let one = |&cluster: &usize| {
             let simulated = values
                 .par_iter()
-                .map(|&value| Ok((value, self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)])?)))
+                .map(|&value| {
+                    let change = self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)])?;
+                    Ok(Node::own((value, change)))
+                })
                 .collect::<Result<_, ForwardError>>()?;
             Ok((cluster, simulated))
         };
@@ -190,7 +217,7 @@ impl Surrogate {
         let spots: Vec<(Axis, f64)> = values.iter().map(|&value| (axis, value)).collect();
         let one = |&cluster: &usize| {
             let changes = self.changes_in_passing(bench, &bench.clusters[cluster], &spots)?;
-            Ok((cluster, values.iter().copied().zip(changes).collect()))
+            Ok((cluster, values.iter().copied().zip(changes).map(Node::own).collect()))
         };
         clusters.par_iter().map(one).collect()
     }

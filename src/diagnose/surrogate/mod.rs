@@ -23,7 +23,7 @@ pub(super) use exact::nodes;
 use exact::{axes, simulations};
 use library::Entry;
 use rayon::prelude::*;
-use response::{NO_ERRORS, Response, Responses, errors_of_response};
+use response::{NO_ERRORS, Node, Response, Responses, errors_of_response};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 
@@ -179,7 +179,8 @@ impl Surrogate {
                 let mut changes = surrogate.changes_in_passing(bench, cluster, &all)?.into_iter();
                 all.iter().for_each(|_| tick());
                 let each = all.chunk_by(|(one, _), (other, _)| one == other);
-                let of_spot = each.map(|spot| spot.iter().map(|(_, value)| *value).zip(&mut changes).collect());
+                let of_spot =
+                    each.map(|spot| spot.iter().map(|(_, value)| *value).zip(&mut changes).map(Node::own).collect());
                 Ok(of_spot.map(Response::in_passing).collect())
             })
             .collect::<Result<Vec<Vec<Response>>, ForwardError>>()?
@@ -190,7 +191,7 @@ impl Surrogate {
                 let nodes = values(axis).into_iter().map(|at| {
                     let change = surrogate.simulated_change(bench, &clusters[cluster], &[(axis, at)]);
                     tick();
-                    change.map(|change| (at, change))
+                    change.map(|change| Node::own((at, change)))
                 });
                 Ok(Response::smooth(nodes.collect::<Result<_, ForwardError>>()?))
             })
@@ -242,7 +243,7 @@ impl Surrogate {
             let axis = Axis { variant: index, coordinate: 0 };
             for (responses, cluster) in self.responses.iter_mut().zip(clusters) {
                 let change = self.ways[cluster.reference].empirical(&term);
-                responses.of_axis.insert(axis, Response::smooth(vec![(1.0, change)]));
+                responses.of_axis.insert(axis, Response::smooth(vec![Node::own((1.0, change))]));
             }
         }
     }
@@ -281,13 +282,13 @@ impl Surrogate {
 
     /// Whether what is known of an axis was simulated on other ways than these.
     fn is_carried(&self, axis: Axis) -> bool {
-        self.responses.iter().any(|responses| responses.of_axis.get(&axis).is_some_and(|it| it.carried))
+        self.responses.iter().any(|responses| responses.of_axis.get(&axis).is_some_and(Response::is_carried))
     }
 
     /// How far `at` is from the nearest value of `axis` that was simulated. A spot that was come upon on other ways is none,
     /// for what it does changes over a few centimetres, nor one that was come upon in passing.
     pub fn nearest_node(&self, axis: Axis, at: f64, variants: &[Variant]) -> f64 {
-        let is_none = |it: &Response| it.carried || it.in_passing;
+        let is_none = |it: &Response| it.is_carried() || it.in_passing;
         let of_axis = |responses: &Responses| responses.of_axis.get(&axis).is_some_and(is_none);
         if variants[axis.variant].place().is_some() && self.responses.iter().any(of_axis) {
             return f64::INFINITY;
@@ -298,7 +299,7 @@ impl Surrogate {
     /// The value of `axis` nearest to `at` that was simulated, or 0, where nothing changes.
     fn nearest(&self, axis: Axis, at: f64) -> f64 {
         let nodes = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
-        let nodes = nodes.flat_map(|response| response.simulated.iter().map(|(node, _)| *node));
+        let nodes = nodes.flat_map(|response| response.simulated.iter().map(|node| node.at));
         nodes.fold(0.0, |nearest, node| if (node - at).abs() < (nearest - at).abs() { node } else { nearest })
     }
 

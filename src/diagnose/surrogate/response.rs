@@ -66,7 +66,20 @@ impl Whole {
 }
 
 /// A coordinate, and what the simulator says that it changes.
-pub(super) type Node = (f64, Vec<Step>);
+#[derive(Debug, Clone)]
+pub(super) struct Node {
+    pub at: f64,
+    pub change: Vec<Step>,
+    /// Whether that was on another way of its kind.
+    pub carried: bool,
+}
+
+impl Node {
+    /// On these ways.
+    pub fn own((at, change): (f64, Vec<Step>)) -> Node {
+        Node { at, change, carried: false }
+    }
+}
 
 /// Change of the steps over one coordinate: through 0 at 0 and through what was simulated at each node.
 #[derive(Debug, Clone)]
@@ -74,8 +87,6 @@ pub(super) struct Response {
     /// Coordinates and changes that were simulated, by coordinate.
     pub simulated: Vec<Node>,
     between: Between,
-    /// Whether it was simulated on another way of its kind.
-    pub carried: bool,
     /// Whether all of it was simulated in passing a spot, and not to the end of the way.
     pub in_passing: bool,
 }
@@ -103,20 +114,25 @@ impl Response {
 
     /// The same of another way, step by step.
     pub fn carried_over(&self, changes: impl Fn(&[Step]) -> Vec<Step>) -> Response {
-        let simulated = self.simulated.iter().map(|(node, own)| (*node, changes(own))).collect();
-        Response { simulated, carried: true, ..*self }
+        let carry = |node: &Node| Node { at: node.at, change: changes(&node.change), carried: true };
+        Response { simulated: self.simulated.iter().map(carry).collect(), ..*self }
     }
 
     fn through(simulated: Vec<Node>, between: Between) -> Response {
-        let mut response = Response { simulated: Vec::new(), between, carried: false, in_passing: false };
+        let mut response = Response { simulated: Vec::new(), between, in_passing: false };
         response.simulated_at(simulated);
         response
     }
 
     /// Goes through these from now on.
     pub fn simulated_at(&mut self, mut nodes: Vec<Node>) {
-        nodes.sort_by(|a, b| a.0.total_cmp(&b.0));
+        nodes.sort_by(|a, b| a.at.total_cmp(&b.at));
         self.simulated = nodes;
+    }
+
+    /// Whether any of it was simulated on other ways.
+    pub fn is_carried(&self) -> bool {
+        self.simulated.iter().any(|node| node.carried)
     }
 
     /// Adds the change at coordinate `x`, so many times, to `steps`.
@@ -129,11 +145,12 @@ impl Response {
 
     fn add_smooth(&self, x: f64, times: f64, steps: &mut [Step]) {
         // Nothing changes at 0, which is a node as well.
-        let zero = self.simulated.partition_point(|(node, _)| *node < 0.0);
+        let zero = self.simulated.partition_point(|node| node.at < 0.0);
+        let there = |index: usize| (self.simulated[index].at, Some(&self.simulated[index].change));
         let node = |index: usize| match index.cmp(&zero) {
-            Ordering::Less => (self.simulated[index].0, Some(&self.simulated[index].1)),
+            Ordering::Less => there(index),
             Ordering::Equal => (0.0, None),
-            Ordering::Greater => (self.simulated[index - 1].0, Some(&self.simulated[index - 1].1)),
+            Ordering::Greater => there(index - 1),
         };
         let last = self.simulated.len();
         let before = (1..last).take_while(|&index| node(index).0 < x).last().unwrap_or(0);
@@ -165,26 +182,26 @@ impl Response {
         // Nothing changes at 0, which is a node as well.
         let (mut low, mut high): (Option<&Node>, Option<&Node>) = (None, None);
         for node in &self.simulated {
-            if node.0 <= x {
+            if node.at <= x {
                 low = Some(node);
             } else if high.is_none() {
                 high = Some(node);
             }
         }
-        match (low.filter(|low| x < 0.0 || low.0 > 0.0), high.filter(|high| x >= 0.0 || high.0 < 0.0)) {
+        match (low.filter(|low| x < 0.0 || low.at > 0.0), high.filter(|high| x >= 0.0 || high.at < 0.0)) {
             (Some(low), Some(high)) => {
-                let part = (x - low.0) / (high.0 - low.0);
-                add(1.0 - part, &low.1);
-                add(part, &high.1);
+                let part = (x - low.at) / (high.at - low.at);
+                add(1.0 - part, &low.change);
+                add(part, &high.change);
             }
             // Level beyond the last, to 0 before the first.
-            (Some(last), None) if x > 0.0 => add(1.0, &last.1),
-            (None, Some(last)) if x < 0.0 => add(1.0, &last.1),
-            (Some(first), None) | (None, Some(first)) => add(x / first.0, &first.1),
+            (Some(last), None) if x > 0.0 => add(1.0, &last.change),
+            (None, Some(last)) if x < 0.0 => add(1.0, &last.change),
+            (Some(first), None) | (None, Some(first)) => add(x / first.at, &first.change),
             // Where only less was simulated, more does the opposite, and the other way round.
             (None, None) => {
                 if let Some(nearest) = if x >= 0.0 { self.simulated.last() } else { self.simulated.first() } {
-                    add(x / nearest.0, &nearest.1);
+                    add(x / nearest.at, &nearest.change);
                 }
             }
         }
@@ -313,7 +330,7 @@ mod tests {
 
     /// A response of one step through `change` at `nodes`.
     fn through(change: impl Fn(f64) -> f64, nodes: &[f64]) -> Response {
-        Response::smooth(nodes.iter().map(|&node| (node, vec![[change(node), 0.0, 0.0]])).collect())
+        Response::smooth(nodes.iter().map(|&at| Node::own((at, vec![[change(at), 0.0, 0.0]]))).collect())
     }
 
     fn at(response: &Response, x: f64) -> f64 {
@@ -370,7 +387,7 @@ mod tests {
         let way = Way { start: Pose2::IDENTITY, steps: step(0.0), began: 0.0, lasts: 1.0, hours: 0.0 };
         let mut responses = Responses::default();
         for variant in 0..3 {
-            responses.of_axis.insert(axis(variant), Response::smooth(vec![(1.0, step(1.0))]));
+            responses.of_axis.insert(axis(variant), Response::smooth(vec![Node::own((1.0, step(1.0)))]));
         }
         let simulated = |responses: &mut Responses, values: &[f64], x: f64| {
             let at = values.iter().enumerate().map(|(variant, value)| (variant, vec![*value])).collect();
@@ -391,7 +408,7 @@ mod tests {
         simulated(&mut responses, &[2.0, 3.0], 6.0);
         assert_eq!(changed(&responses, [2.0, 3.0, 5.0]), 7.0);
         assert_eq!(changed(&responses, [2.0, 3.0, 0.01]), 6.01);
-        responses.of_axis.insert(axis(0), Response::smooth(vec![(1.0, step(1.5))]));
+        responses.of_axis.insert(axis(0), Response::smooth(vec![Node::own((1.0, step(1.5)))]));
         responses.apportion(&way, &variants);
         assert_eq!(changed(&responses, [2.0, 3.0, 5.0]), 7.0);
         assert_eq!(changed(&responses, [2.0, 3.0, 0.0]), 6.0);
