@@ -185,13 +185,8 @@ impl Study<'_> {
                 wanted.push(*place);
             }
         }
-        for &place in &wanted {
-            if !self.is_near(place) {
-                self.refine_one(place.axis, place.value);
-            }
-            if let Some(between) = self.surrogate.gap(place.axis, place.value, &self.variants) {
-                self.refine_one(place.axis, between);
-            }
+        for place in &wanted {
+            self.refine_one(place.axis, place.value);
         }
         !wanted.is_empty()
     }
@@ -251,16 +246,9 @@ impl Study<'_> {
         places(answer).all(|place| self.is_known(place)) && self.surrogate.knows_all(&self.variants, &answer.fit.at)
     }
 
-    /// Whether an axis was simulated about there, if it has to be, and what it does between is known.
-    fn is_known(&self, place: Place) -> bool {
-        let is_simulated = is_simulated(&self.variants[place.axis.variant]);
-        let has_gap = || self.surrogate.gap(place.axis, place.value, &self.variants).is_some();
-        !is_simulated || self.is_near(place) && !has_gap()
-    }
-
-    /// Whether an axis was simulated about there: of a large cause, which was simulated here and there only, as near as the data
-    /// tell.
-    fn is_near(&self, Place { axis, value, std_dev }: Place) -> bool {
+    /// Whether an axis was simulated about there, if it has to be: of a large cause, which was simulated here and there only,
+    /// as near as the data tell.
+    fn is_known(&self, Place { axis, value, std_dev }: Place) -> bool {
         let variant = &self.variants[axis.variant];
         let plausible = variant.coordinates[axis.coordinate].std_dev;
         let near = match variant.place() {
@@ -268,7 +256,7 @@ impl Study<'_> {
             None if value.abs() > LARGE * plausible => (std_dev / plausible).clamp(NEAREST, NEAR),
             None => NEAR,
         };
-        self.surrogate.nearest_node(axis, value, &self.variants) <= near * plausible
+        !is_simulated(variant) || self.surrogate.nearest_node(axis, value, &self.variants) <= near * plausible
     }
 
     /// Simulates an axis at a value; where the robot cannot be driven there, as far as it can be, which is as far as the axis

@@ -117,7 +117,7 @@ impl Way {
         if beyond <= 0.0 {
             return [0.0; 2];
         }
-        let typical = size(&self.steps) / self.steps.len() as f64;
+        let typical = self.steps.iter().map(length).sum::<f64>() / self.steps.len() as f64;
         let moves = (length(&step) / typical.max(f64::MIN_POSITIVE)).min(1.0);
         // A speed that wanders off as it did before takes the robot with it, as the time to the power of 3/2.
         unsteadiness.map(|of_step| of_step * beyond.powf(1.5) * moves)
@@ -289,11 +289,6 @@ pub(super) fn add_times(times: f64, changes: &[Step], steps: &mut [Step]) {
 /// Length of a step, its turn counted at an arm \[m\].
 pub(super) fn length(step: &Step) -> f64 {
     step[0].hypot(step[1]).hypot(ARM * step[2])
-}
-
-/// Length of all steps.
-pub(super) fn size(steps: &[Step]) -> f64 {
-    steps.iter().map(length).sum()
 }
 
 pub(super) fn each(value: impl Fn(usize) -> f64) -> Step {

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use treadmark::dataset::{Dataset, Protocol, Run};
 use treadmark::diagnose::{
-    DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Library, Options, RunReadings, Study, Verdict,
+    DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Options, RunReadings, Study, Verdict,
 };
 use treadmark::drive::{self, Task};
 use treadmark::effect::{Cause, Effect};
@@ -625,31 +625,6 @@ fn hard_wheels_are_told_from_patches() {
     assert!(held.other_tyres.is_none());
     let is_right = |finding: &Finding| finding.effect == "load_offset_longitudinal" && off(finding, LOAD).abs() < 3.0;
     assert!(held.findings.len() != 2 || !held.findings.iter().any(is_right), "{:#?}", held.findings);
-}
-
-/// What a cause does to other runs of a kind makes room for what it is simulated to do to these: an answer is the same with and
-/// without a library, to half of its σ, and as wide to a quarter. A toed wheel on rigid cylinders turns the robot by 1.6 rad a
-/// radian at first, by half of that at 6 mrad and by a third at 15: along a straight line its interval was half as wide as it is.
-#[test]
-fn what_is_known_of_other_runs_answers_as_these_do() {
-    let given = Scene { contact: Contact::Rigid, ..base() };
-    let toe = Effect::named("wheel_toe").expect("known");
-    let toe = Cause { effect: toe, choice: "rear_right".to_owned(), values: vec![-0.0065] };
-    let simulator = Simulator::new(&given, &GO_ON);
-    let options = Options { most_causes: 1, ..Options::default() };
-    let study = |world: &Scene, seed, library: Option<&Library>| -> Study<'_> {
-        let data = [small(squares(world, &given, DataKind::Logs, seed))];
-        Study::new(&data, &[], &simulator, options.clone(), library, &|_, _| {}).expect("it is data")
-    };
-    let library = study(&given, 7, None).library();
-    let world = toe.edit(&given);
-    let [own, known] = [None, Some(&library)].map(|library| {
-        let found = study(&world, 46, library).diagnose().expect("it can be diagnosed");
-        let finding = found.findings.iter().find(|it| it.effect == "wheel_toe" && it.choice == toe.choice);
-        let finding = finding.unwrap_or_else(|| panic!("{:#?}", found.ranking));
-        (finding.parameters[0].value, finding.parameters[0].std_dev.expect("it was sought"))
-    });
-    assert!((known.0 - own.0).abs() < 0.5 * own.1 && (known.1 / own.1).ln().abs() < 0.25, "{own:?}, {known:?}");
 }
 
 /// What two strong causes do together is not what each does alone: a load 28 mm aft on a track that is 5 % narrower. Both are

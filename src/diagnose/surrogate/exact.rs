@@ -6,7 +6,7 @@ use crate::diagnose::case::{Case, Cluster};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::spots;
 use crate::diagnose::variant::{Axis, Coordinate, Coordinates, Variant, edited};
-use crate::diagnose::way::{Step, Way, each, size, subtract};
+use crate::diagnose::way::{Step, Way, each, length, subtract};
 use crate::geometry::Trace;
 use crate::scene::SpottedFloor;
 use rayon::prelude::*;
@@ -37,8 +37,6 @@ const MORE_THAN_PAIRS: usize = 3;
 const CLOSE: f64 = 0.5;
 /// Share that what was taken to happen far from what was simulated may be off by before it is simulated halfway there as well.
 const ASTRAY: f64 = 0.1;
-/// Values nearer than this to one another have nothing between them that need be simulated \[σ\].
-const NARROW: f64 = 0.3;
 /// Values nearer than this to one another need not both be simulated \[σ\].
 const SAME: f64 = 0.1;
 /// Values at which a spot is simulated, and at which a leading one is besides, in σ about its mean.
@@ -178,26 +176,12 @@ impl Surrogate {
         Ok(())
     }
 
-    /// Where between what was simulated about `at` an axis has to be simulated besides: halfway, where what it does is not
-    /// proportional to how much of it there is. A parabola through both sides of 0 knows nothing of a cause that levels off.
-    pub fn gap(&self, axis: Axis, at: f64, variants: &[Variant]) -> Option<f64> {
-        let variant = &variants[axis.variant];
-        if variant.place().is_some() || variant.is_term() {
-            return None;
-        }
-        let narrow = NARROW * variant.coordinates[axis.coordinate].std_dev;
-        let responses = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
-        responses
-            .filter_map(|response| response.bent_between(at, ASTRAY))
-            .find(|[near, far]| (far - near).abs() > narrow)
-            .map(|[near, far]| 0.5 * (near + far))
-    }
-
     /// Whether what an axis was taken to do at a node is wrong by more than a share of it.
     fn is_astray(&self, cluster: usize, axis: Axis, node: &Node) -> bool {
         let mut off = vec![[0.0; 3]; node.change.len()];
         self.responses[cluster].of_axis[&axis].add(node.at, 1.0, &mut off);
         subtract(&mut off, &node.change);
+        let size = |changes: &[Step]| changes.iter().map(length).sum::<f64>();
         size(&off) > ASTRAY * size(&node.change)
     }
 

@@ -1,7 +1,7 @@
 //! What a cause changes along a way over its coordinates: a curve or lines through what was simulated.
 
 use crate::diagnose::variant::{Axis, Coordinates, RELATIVE, Variant};
-use crate::diagnose::way::{ARM, Step, Way, add_times, size, subtract};
+use crate::diagnose::way::{ARM, Step, Way, add_times, subtract};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -128,26 +128,6 @@ impl Response {
     pub fn simulated_at(&mut self, mut nodes: Vec<Node>) {
         nodes.sort_by(|a, b| a.at.total_cmp(&b.at));
         self.simulated = nodes;
-    }
-
-    /// The nodes about `x`, 0 among them, the nearer to 0 first, where the farther one's change is not proportional to its
-    /// neighbours' within a share of it; beyond the last node the last two.
-    pub fn bent_between(&self, x: f64, within: f64) -> Option<[f64; 2]> {
-        let on_its_side = |node: &&Node| node.at * x > 0.0;
-        let by_size = |one: &&Node, other: &&Node| one.at.abs().total_cmp(&other.at.abs());
-        let beyond = self.simulated.iter().filter(on_its_side).filter(|node| node.at.abs() >= x.abs()).min_by(by_size);
-        let far = beyond.or_else(|| self.simulated.iter().filter(on_its_side).max_by(by_size))?;
-        let inside = self.simulated.iter().filter(on_its_side).filter(|node| node.at.abs() < far.at.abs());
-        let near = inside.max_by(by_size).map_or(0.0, |node| node.at);
-        let index = self.simulated.iter().position(|node| node.at == far.at)?;
-        let neighbours = [index.checked_sub(1), Some(index + 1)].into_iter().flatten();
-        let is_proportional = |other: &Node| {
-            let mut off = far.change.clone();
-            add_times(-far.at / other.at, &other.change, &mut off);
-            size(&off) <= within * size(&far.change)
-        };
-        let is_bent = neighbours.filter_map(|index| self.simulated.get(index)).any(|other| !is_proportional(other));
-        is_bent.then_some([near, far.at])
     }
 
     /// Whether any of it was simulated on other ways.
