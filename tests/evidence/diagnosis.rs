@@ -627,6 +627,20 @@ fn hard_wheels_are_told_from_patches() {
     assert!(held.findings.len() != 2 || !held.findings.iter().any(is_right), "{:#?}", held.findings);
 }
 
+/// What causes do to other runs of a kind makes room for what the leading ones are simulated to do to these, and is simulated
+/// anew where their curve hangs on it. A toed wheel on rigid cylinders turns the robot by 1.6 rad a radian at first and by a third
+/// of that at 15 mrad: along the straight line that was left, one toed by 6.5 mrad came out 6 σ off.
+#[test]
+fn a_cause_that_levels_off_is_found_as_large_as_it_is_by_what_is_known_of_other_runs() {
+    let (data, effects) = (DataKind::Logs, EffectsKind::Two);
+    let campaign = CampaignKind::Squares;
+    let toed = Challenge { seed: 0, data, effects, campaign, mismatch: true, clean_campaigns: 1 };
+    let scored = of(toed, 56158..56159);
+    let intervals = &scored.draws[0].intervals;
+    let toe = intervals.iter().find(|it| it.effect == "wheel_toe").unwrap_or_else(|| panic!("{:#?}", scored.draws));
+    assert!(toe.off.abs() < 3.0, "{toe:?}");
+}
+
 /// What two strong causes do together is not what each does alone: a load 28 mm aft on a track that is 5 % narrower. Both are
 /// found as large as they are, to 4 σ of the intervals that are stated (a sum of what each does alone is 25 σ off).
 #[test]
