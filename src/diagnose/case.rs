@@ -132,7 +132,7 @@ pub(super) fn cases(datasets: &[Dataset], first: usize, scene: &Scene) -> (Vec<C
             let both_sides = |log: &crate::dataset::EncoderLog| {
                 ["left", "right"].iter().all(|side| log.channels.iter().any(|name| name.ends_with(side)))
             };
-            let log = run.encoders.as_ref().filter(|log| log.len() > 1);
+            let log = run.log();
             if log.is_some_and(|log| !both_sides(log)) {
                 left_out.push(format!("{name}: its encoder log has only one side"));
                 continue;

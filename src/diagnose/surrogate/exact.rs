@@ -139,22 +139,22 @@ impl Surrogate {
         for (cluster, added) in simulated {
             let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
             // What a term was taken to do before it was simulated is no simulation.
-            let mut simulated = if variant.is_term() { Vec::new() } else { std::mem::take(&mut response.simulated) };
+            if variant.is_term() {
+                response.simulated.clear();
+            }
             if !is_spot {
                 // A curve through neighbours that were simulated on other ways would swing between them.
                 let apart = CLOSE * variant.coordinates[axis.coordinate].std_dev;
-                let is_other = |node: &Node| node.carried && (node.at - at).abs() <= apart;
-                let (other, own): (Vec<Node>, Vec<Node>) = simulated.into_iter().partition(is_other);
-                simulated = own;
-                gone.extend(other.into_iter().map(|node| (cluster, node)));
+                let is_other = |node: &mut Node| node.carried && (node.at - at).abs() <= apart;
+                gone.extend(response.simulated.extract_if(.., is_other).map(|node| (cluster, node)));
             }
-            simulated.extend(added);
-            response.simulated_at(simulated);
+            response.simulated_at(added);
             response.in_passing = false;
         }
-        self.simulate_anew(bench, &concerned, axis, gone)?;
+        // Apportioned in any case: the curve has changed.
+        let anew = self.simulate_anew(bench, &concerned, axis, gone);
         self.apportion(bench);
-        Ok(())
+        anew
     }
 
     /// Simulates on these ways what was simulated on others and made room, where the curve is another without it.
@@ -171,7 +171,7 @@ impl Surrogate {
         missed.dedup();
         for (cluster, added) in self.simulate(bench, concerned, axis, &missed)? {
             let response = self.responses[cluster].of_axis.get_mut(&axis).expect("it is concerned");
-            response.simulated_at(response.simulated.iter().cloned().chain(added).collect());
+            response.simulated_at(added);
         }
         Ok(())
     }
@@ -198,7 +198,7 @@ impl Surrogate {
                 .par_iter()
                 .map(|&value| {
                     let change = self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)])?;
-                    Ok(Node::own((value, change)))
+                    Ok(Node::own(value, change))
                 })
                 .collect::<Result<_, ForwardError>>()?;
             Ok((cluster, simulated))
@@ -217,7 +217,7 @@ impl Surrogate {
         let spots: Vec<(Axis, f64)> = values.iter().map(|&value| (axis, value)).collect();
         let one = |&cluster: &usize| {
             let changes = self.changes_in_passing(bench, &bench.clusters[cluster], &spots)?;
-            Ok((cluster, values.iter().copied().zip(changes).map(Node::own).collect()))
+            Ok((cluster, values.iter().zip(changes).map(|(at, change)| Node::own(*at, change)).collect()))
         };
         clusters.par_iter().map(one).collect()
     }

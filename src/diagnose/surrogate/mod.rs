@@ -179,9 +179,11 @@ impl Surrogate {
                 let mut changes = surrogate.changes_in_passing(bench, cluster, &all)?.into_iter();
                 all.iter().for_each(|_| tick());
                 let each = all.chunk_by(|(one, _), (other, _)| one == other);
-                let of_spot =
-                    each.map(|spot| spot.iter().map(|(_, value)| *value).zip(&mut changes).map(Node::own).collect());
-                Ok(of_spot.map(Response::in_passing).collect())
+                let of_spot = each.map(|spot| {
+                    let nodes = spot.iter().zip(&mut changes).map(|((_, at), change)| Node::own(*at, change));
+                    Response::in_passing(nodes.collect())
+                });
+                Ok(of_spot.collect())
             })
             .collect::<Result<Vec<Vec<Response>>, ForwardError>>()?
             .concat();
@@ -191,7 +193,7 @@ impl Surrogate {
                 let nodes = values(axis).into_iter().map(|at| {
                     let change = surrogate.simulated_change(bench, &clusters[cluster], &[(axis, at)]);
                     tick();
-                    change.map(|change| Node::own((at, change)))
+                    change.map(|change| Node::own(at, change))
                 });
                 Ok(Response::smooth(nodes.collect::<Result<_, ForwardError>>()?))
             })
@@ -243,7 +245,7 @@ impl Surrogate {
             let axis = Axis { variant: index, coordinate: 0 };
             for (responses, cluster) in self.responses.iter_mut().zip(clusters) {
                 let change = self.ways[cluster.reference].empirical(&term);
-                responses.of_axis.insert(axis, Response::smooth(vec![Node::own((1.0, change))]));
+                responses.of_axis.insert(axis, Response::smooth(vec![Node::own(1.0, change)]));
             }
         }
     }

@@ -76,7 +76,7 @@ pub(super) struct Node {
 
 impl Node {
     /// On these ways.
-    pub fn own((at, change): (f64, Vec<Step>)) -> Node {
+    pub fn own(at: f64, change: Vec<Step>) -> Node {
         Node { at, change, carried: false }
     }
 }
@@ -124,10 +124,10 @@ impl Response {
         response
     }
 
-    /// Goes through these from now on.
-    pub fn simulated_at(&mut self, mut nodes: Vec<Node>) {
-        nodes.sort_by(|a, b| a.at.total_cmp(&b.at));
-        self.simulated = nodes;
+    /// Goes through these as well from now on.
+    pub fn simulated_at(&mut self, nodes: Vec<Node>) {
+        self.simulated.extend(nodes);
+        self.simulated.sort_by(|a, b| a.at.total_cmp(&b.at));
     }
 
     /// Whether any of it was simulated on other ways.
@@ -330,7 +330,7 @@ mod tests {
 
     /// A response of one step through `change` at `nodes`.
     fn through(change: impl Fn(f64) -> f64, nodes: &[f64]) -> Response {
-        Response::smooth(nodes.iter().map(|&at| Node::own((at, vec![[change(at), 0.0, 0.0]]))).collect())
+        Response::smooth(nodes.iter().map(|&at| Node::own(at, vec![[change(at), 0.0, 0.0]])).collect())
     }
 
     fn at(response: &Response, x: f64) -> f64 {
@@ -387,7 +387,7 @@ mod tests {
         let way = Way { start: Pose2::IDENTITY, steps: step(0.0), began: 0.0, lasts: 1.0, hours: 0.0 };
         let mut responses = Responses::default();
         for variant in 0..3 {
-            responses.of_axis.insert(axis(variant), Response::smooth(vec![Node::own((1.0, step(1.0)))]));
+            responses.of_axis.insert(axis(variant), Response::smooth(vec![Node::own(1.0, step(1.0))]));
         }
         let simulated = |responses: &mut Responses, values: &[f64], x: f64| {
             let at = values.iter().enumerate().map(|(variant, value)| (variant, vec![*value])).collect();
@@ -408,7 +408,7 @@ mod tests {
         simulated(&mut responses, &[2.0, 3.0], 6.0);
         assert_eq!(changed(&responses, [2.0, 3.0, 5.0]), 7.0);
         assert_eq!(changed(&responses, [2.0, 3.0, 0.01]), 6.01);
-        responses.of_axis.insert(axis(0), Response::smooth(vec![Node::own((1.0, step(1.5)))]));
+        responses.of_axis.insert(axis(0), Response::smooth(vec![Node::own(1.0, step(1.5))]));
         responses.apportion(&way, &variants);
         assert_eq!(changed(&responses, [2.0, 3.0, 5.0]), 7.0);
         assert_eq!(changed(&responses, [2.0, 3.0, 0.0]), 6.0);
