@@ -1,14 +1,16 @@
 """A skid-steer robot of another hand: what is hidden in its campaigns is found, though its tyres obey another law.
 
     cargo build --release --no-default-features
-    python tests/cross_check/skid_steer.py target/release/treadmark --seeds 0..20 [--data endpoints] [--out DIR]
+    python tests/cross_check/skid_steer.py target/release/treadmark --seeds 0..20 [--effects two] [--data endpoints] [--out DIR]
     python tests/cross_check/skid_steer.py target/release/treadmark --responses
 
 Needs numpy, and shares nothing with the simulator but the data format and what robots/jnpf_4wd says of its robot. Each seed
 draws a tyre law with its friction and stiffness, and an effect of the catalogue with its size from the catalogue's prior
-(one seed in five draws none). The robot then drives 2 m and 4 m squares, five each way round, once clean and once with what
-is hidden; `treadmark diagnose` extends the shipped model on the clean campaign and explains the other on top of it. One line
-a seed says what was hidden and what was answered, and the last one counts. Exit code 1 where a wrong name was given. With
+(one seed in five draws none), two of them, or something that the catalogue is without: a tether, a wheel out of round, a
+carpet with a grain. The robot then drives 2 m and 4 m squares, five each way round, once clean and once with what is hidden;
+`treadmark diagnose` extends the shipped model on the clean campaign and explains the other on top of it. Squares without
+noise, which no model saw, say what that gains: how far off their ends `treadmark predict` is before and after. One line a
+seed says what was hidden, answered and gained, and the last one counts. Exit code 1 where a wrong name was given. With
 --responses, the ends of squares without noise are held against those of `treadmark drive`, and what effects do to them.
 
 The robot is a rigid body on four equal springs. Its wheels turn as they are told; slip at six points of a patch makes force,
@@ -19,6 +21,7 @@ do whose axles fight, is not in it. `encoder_latency` is not drawn, since this r
 """
 
 import argparse
+import csv
 import json
 import math
 import subprocess
@@ -66,60 +69,80 @@ class Tyres:
 
 @dataclass
 class Hidden:
-    """An effect of the catalogue, as this robot knows it."""
+    """Effects of the catalogue with their values, as this robot knows them, and what the catalogue is without."""
 
-    effect: str | None = None
-    values: dict = field(default_factory=dict)
+    causes: dict = field(default_factory=dict)
 
     def get(self, effect, parameter):
-        return self.values[parameter] if self.effect == effect else 0.0
+        return self.causes.get(effect, {}).get(parameter, 0.0)
 
     @staticmethod
-    def drawn(rng):
-        """One of the catalogue's, with its prior."""
-        if rng.random() < 0.2:
+    def drawn(rng, effects):
+        """One or none of the catalogue's, two of them, or something else; sizes are of the catalogue's priors."""
+        if effects == "one" and rng.random() < 0.2:
             return Hidden()
-        ratio = lambda std: {"ratio_minus_one": rng.normal(0, std)}
-        angle = lambda std: {"angle_rad": rng.normal(0, std)}
-        # Where all four wheels pass: a quarter turn at the end of a leg, either way round.
-        side = SIDES[rng.integers(len(SIDES))]
-        corner = [(side, 0.0), (side, side), (0.0, side), (side, -side), (0.0, -side)][rng.integers(5)]
-        spot = lambda: {
+        draws = other_draws(rng) if effects == "outside" else catalogue_draws(rng)
+        chosen = [rng.integers(len(draws))]
+        if effects == "two":
+            chosen.append((chosen[0] + rng.integers(1, len(draws))) % len(draws))
+        return Hidden({effect: draws[effect]() for effect in (list(draws)[index] for index in chosen)})
+
+    def __str__(self):
+        told = lambda values: ", ".join(f"{key} {value:.4g}" for key, value in values.items())
+        return " and ".join(f"{effect} {told(values)}" for effect, values in self.causes.items()) or "nothing"
+
+
+def catalogue_draws(rng):
+    """What draws the values of each effect."""
+    ratio = lambda std: {"ratio_minus_one": rng.normal(0, std)}
+    angle = lambda std: {"angle_rad": rng.normal(0, std)}
+    # Where all four wheels pass: a quarter turn at the end of a leg, either way round.
+    side = SIDES[rng.integers(len(SIDES))]
+    corner = [(side, 0.0), (side, side), (0.0, side), (side, -side), (0.0, -side)][rng.integers(5)]
+    return {
+        "wheel_diameter_mismatch": lambda: ratio(0.004),
+        "wheel_diameter_scale": lambda: ratio(0.005),
+        "axle_diameter_mismatch": lambda: ratio(0.01),
+        "tyre_radius_drift": lambda: {"per_hour": rng.normal(0, 0.005)},
+        "tyre_grip_anisotropy": lambda: ratio(0.05),
+        "wheel_toe": lambda: angle(0.01) | {"wheel": int(rng.integers(4))},
+        "load_offset_longitudinal": lambda: {"x_m": rng.normal(0, 0.01)},
+        "load_offset_lateral": lambda: {"y_m": rng.normal(0, 0.01)},
+        "floor_slope": lambda: {
+            "gradient": abs(rng.normal(0, 0.01)),
+            "downhill_heading_rad": rng.uniform(-math.pi, math.pi),
+        },
+        "floor_grip_patch": lambda: {
             "x_m": corner[0] + rng.uniform(-0.15, 0.15),
             "y_m": corner[1] + rng.uniform(-0.15, 0.15),
             "radius_m": 0.3,
             "ratio": np.clip(rng.normal(0.65, 0.2), 0.1, 0.95),
-        }
-        draws = {
-            "wheel_diameter_mismatch": lambda: ratio(0.004),
-            "wheel_diameter_scale": lambda: ratio(0.005),
-            "axle_diameter_mismatch": lambda: ratio(0.01),
-            "tyre_radius_drift": lambda: {"per_hour": rng.normal(0, 0.005)},
-            "tyre_grip_anisotropy": lambda: ratio(0.05),
-            "wheel_toe": lambda: angle(0.01) | {"wheel": int(rng.integers(4))},
-            "load_offset_longitudinal": lambda: {"x_m": rng.normal(0, 0.01)},
-            "load_offset_lateral": lambda: {"y_m": rng.normal(0, 0.01)},
-            "floor_slope": lambda: {
-                "gradient": abs(rng.normal(0, 0.01)),
-                "downhill_heading_rad": rng.uniform(-math.pi, math.pi),
-            },
-            "floor_grip_patch": spot,
-            "encoder_count_loss": lambda: {"fraction": abs(rng.normal(0, 0.002)), "side": int(rng.integers(2))},
-            "gear_backlash": lambda: {"angle_rad": abs(rng.normal(0, 0.008))},
-            "stop_overrun": lambda: {"angle_rad": abs(rng.normal(0, 0.02))},
-            "start_heading_error": lambda: angle(0.01),
-            "tracked_frame_turned": lambda: angle(0.01),
-            "survey_lever_arm": lambda: {"x_m": rng.normal(0, 0.05), "y_m": rng.normal(0, 0.05)},
-            "survey_scale": lambda: ratio(0.003),
-            "survey_time_offset": lambda: {"offset_s": rng.normal(0, 0.1)},
-        }
-        effect = list(draws)[rng.integers(len(draws))]
-        return Hidden(effect, draws[effect]())
+        },
+        "encoder_count_loss": lambda: {"fraction": abs(rng.normal(0, 0.002)), "side": int(rng.integers(2))},
+        "gear_backlash": lambda: {"angle_rad": abs(rng.normal(0, 0.008))},
+        "stop_overrun": lambda: {"angle_rad": abs(rng.normal(0, 0.02))},
+        "start_heading_error": lambda: angle(0.01),
+        "tracked_frame_turned": lambda: angle(0.01),
+        "survey_lever_arm": lambda: {"x_m": rng.normal(0, 0.05), "y_m": rng.normal(0, 0.05)},
+        "survey_scale": lambda: ratio(0.003),
+        "survey_time_offset": lambda: {"offset_s": rng.normal(0, 0.1)},
+    }
 
-    def __str__(self):
-        if self.effect is None:
-            return "nothing"
-        return f"{self.effect} " + ", ".join(f"{key} {value:.4g}" for key, value in self.values.items())
+
+def other_draws(rng):
+    """What draws what no effect of the catalogue does."""
+    bearing = lambda: rng.uniform(-math.pi, math.pi)
+
+    def tether():
+        to, pull = bearing(), rng.uniform(4, 10)
+        return {"x_m": 1 + 4 * math.cos(to), "y_m": 4 * math.sin(to), "pull_n": pull}
+
+    return {
+        "tether": tether,
+        "out_of_round": lambda: {"amplitude": rng.uniform(0.02, 0.05), "phase_rad": bearing(), "wheel": int(rng.integers(4))},
+        # Pile that turns wheels into its lie, by so much a metre across the grain at an eighth of a turn.
+        "carpet_grain": lambda: {"rad_per_m": rng.uniform(0.005, 0.015), "lie_rad": bearing()},
+    }
 
 
 def ramped(way, speed, acceleration):
@@ -162,8 +185,8 @@ def with_play(shaft, play):
 class Campaign:
     """Squares of this robot: `ways` are its poses, runs × steps × (x, y, heading)."""
 
-    def __init__(self, tyres, hidden, rng, repeats=REPEATS, scatter=SCATTER):
-        self.hidden, self.rng, self.scatter = hidden, rng, scatter
+    def __init__(self, tyres, hidden, rng, repeats=REPEATS, scatter=SCATTER, survey=SURVEY):
+        self.hidden, self.rng, self.scatter, self.survey = hidden, rng, scatter, np.array(survey)
         self.runs = [(side, sign) for side in SIDES for _ in range(repeats) for sign in (-1, 1)]
         plans = [planned(side, sign, hidden.get("stop_overrun", "angle_rad")) for side, sign in self.runs]
         self.steps = [len(counted) for counted, _, _ in plans]
@@ -172,8 +195,7 @@ class Campaign:
         self.counted, coasted, self.corner = (np.stack([padded(part) for part in parts]) for parts in zip(*plans))
         self.started = np.concatenate([[0], np.cumsum(self.steps)[:-1] * STEP]) + BETWEEN * np.arange(len(self.runs))
         lost = np.zeros(2)
-        if hidden.effect == "encoder_count_loss":
-            lost[hidden.values["side"]] = hidden.values["fraction"]
+        lost[int(hidden.get("encoder_count_loss", "side"))] = hidden.get("encoder_count_loss", "fraction")
         shaft = np.cumsum(self.counted / (1 - lost) + coasted, 1)
         turned = with_play(shaft, hidden.get("gear_backlash", "angle_rad"))
         # Both wheels of a side turn alike; rad/s.
@@ -192,8 +214,7 @@ class Campaign:
         get, runs, rng = self.hidden.get, len(self.runs), self.rng
         free = self.radii()
         toe = np.zeros(4)
-        if self.hidden.effect == "wheel_toe":
-            toe[self.hidden.values["wheel"]] = self.hidden.values["angle_rad"]
+        toe[int(get("wheel_toe", "wheel"))] = get("wheel_toe", "angle_rad")
         ahead, aside = get("load_offset_longitudinal", "x_m"), get("load_offset_lateral", "y_m")
         gradient, downhill = get("floor_slope", "gradient"), get("floor_slope", "downhill_heading_rad")
         across = 1 + get("tyre_grip_anisotropy", "ratio_minus_one")
@@ -217,17 +238,26 @@ class Campaign:
             fx, fy = fx * cos - fy * sin, fx * sin + fy * cos
             return np.stack([fx.sum((1, 2)), fy.sum((1, 2)), (px * fy - py * fx).sum((1, 2))], 1)
 
-        pose, twist = np.zeros((runs, 3)), np.zeros((runs, 3))
+        pose, twist, rolled = np.zeros((runs, 3)), np.zeros((runs, 3)), np.zeros(runs)
+        grain, lie = get("carpet_grain", "rad_per_m"), get("carpet_grain", "lie_rad")
         self.ways = np.zeros((runs, self.rates.shape[1] + 1, 3))
         for step in range(self.rates.shape[1]):
             x, y, heading = pose.T
-            falls = MASS * GRAVITY * gradient * np.stack([np.cos(downhill - heading), np.sin(downhill - heading)], 1)
-            tips = MASS * GRAVITY * np.array([ahead, aside]) + falls * HEIGHT
+            pulls = MASS * GRAVITY * gradient * np.stack([np.cos(downhill - heading), np.sin(downhill - heading)], 1)
+            tips = MASS * GRAVITY * np.array([ahead, aside]) + pulls * HEIGHT
+            if tether := self.hidden.causes.get("tether"):
+                off = np.stack([tether["x_m"] - x, tether["y_m"] - y])
+                east, north = tether["pull_n"] * off / np.hypot(*off)
+                cos_h, sin_h = np.cos(heading), np.sin(heading)
+                pulls = pulls + np.stack([cos_h * east + sin_h * north, cos_h * north - sin_h * east], 1)
             load = MASS * GRAVITY / 4 + tips[:, :1] * X / (4 * AHEAD**2) + tips[:, 1:] * Y / (4 * ASIDE**2)
-            roll = (self.rates[:, step] * (free - load / tyres.spring / 3))[:, :, None]
+            rolling = free - load / tyres.spring / 3
+            if oval := self.hidden.causes.get("out_of_round"):
+                rolled = rolled + self.rates[:, step, oval["wheel"]] * STEP
+                rolling[:, oval["wheel"]] += RADIUS * oval["amplitude"] * np.cos(rolled + oval["phase_rad"])
+            roll = (self.rates[:, step] * rolling)[:, :, None]
             friction = np.full((runs, 4, 1), tyres.friction)
-            if self.hidden.effect == "floor_grip_patch":
-                spot = self.hidden.values
+            if spot := self.hidden.causes.get("floor_grip_patch"):
                 wx = x[:, None] + np.cos(heading)[:, None] * X - np.sin(heading)[:, None] * Y
                 wy = y[:, None] + np.sin(heading)[:, None] * X + np.cos(heading)[:, None] * Y
                 on = np.hypot(wx - spot["x_m"], wy - spot["y_m"]) < spot["radius_m"]
@@ -238,13 +268,14 @@ class Campaign:
                 change = (now - twist) / STEP
                 ax = change[:, 0] - now[:, 2] * now[:, 1] - change[:, 2] * aside - now[:, 2] ** 2 * ahead
                 ay = change[:, 1] + now[:, 2] * now[:, 0] + change[:, 2] * ahead - now[:, 2] ** 2 * aside
-                moment = INERTIA * change[:, 2] + ahead * (MASS * ay - falls[:, 1]) - aside * (MASS * ax - falls[:, 0])
-                inertial = np.stack([MASS * ax - falls[:, 0], MASS * ay - falls[:, 1], moment], 1)
+                moment = INERTIA * change[:, 2] + ahead * (MASS * ay - pulls[:, 1]) - aside * (MASS * ax - pulls[:, 0])
+                inertial = np.stack([MASS * ax - pulls[:, 0], MASS * ay - pulls[:, 1], moment], 1)
                 return inertial - pull(now, roll, load[:, :, None], friction)
 
             twist = solved(unbalanced, twist)
             moved = twist[:, :2] * STEP
             strays = of_corner[np.arange(runs), corners[:, step]] * self.corner[:, step]
+            strays += grain * np.abs(moved[:, 0]) * np.sin(2 * (lie - heading))
             strays += heading_std * np.sqrt(np.abs(moved[:, 0])) * rng.normal(0, 1, runs)
             middle = heading + twist[:, 2] * STEP / 2
             along = moved[:, 0] * stretched
@@ -279,7 +310,7 @@ class Campaign:
         poses = ["run,t_s,x_m,y_m,heading_rad"]
         late = self.hidden.get("survey_time_offset", "offset_s")
         for run, ((side, sign), steps) in enumerate(zip(self.runs, self.steps)):
-            start = rng.normal(0, SURVEY)
+            start = rng.normal(0, self.survey)
 
             def read(step, noise):
                 x, y, heading = ways[run, step] + noise - start
@@ -289,16 +320,16 @@ class Campaign:
             direction = "cw" if sign < 0 else "ccw"
             began = ",".join(f"{value:.6f}" for value in start)
             runs.append(f"{run:02},square,{side},{direction},{SPEED},{TURN_RATE},{self.started[run]:.0f},{began},"
-                        + read(steps, rng.normal(0, SURVEY)))
+                        + read(steps, rng.normal(0, self.survey)))
             ticks = np.floor(np.cumsum(self.counted[run], 0) / math.tau * TICKS).astype(int)
             encoders.append(f"{run:02},0,0,0,0,0")
             for step in range(ROW, steps + 1, ROW):
                 left, right = ticks[step - 1]
                 encoders.append(f"{run:02},{step * STEP:.2f},{left},{right},{left},{right}")
-            noise = rng.normal(0, SURVEY)
+            noise = rng.normal(0, self.survey)
             poses.append(f"{run:02},{late:.6f},0,0,0")
             for step in range(POSE, steps + 1, POSE):
-                noise = keep * noise + math.sqrt(1 - keep**2) * rng.normal(0, SURVEY)
+                noise = keep * noise + math.sqrt(1 - keep**2) * rng.normal(0, self.survey)
                 poses.append(f"{run:02},{step * STEP + late:.6f}," + read(step, noise))
         (folder / "runs.csv").write_text("\n".join(runs) + "\n")
         if logs:
@@ -363,7 +394,7 @@ def compare_responses(treadmark):
     # 1 mm weighs as much as 1 mrad.
     for effect, values, chosen in RESPONSES:
         named = [f"--set={effect}.{key}={value}" for key, value in (values | chosen).items()]
-        response, theirs = here(Hidden(effect, values)) - plain_here, there(*named) - plain_there
+        response, theirs = here(Hidden({effect: values})) - plain_here, there(*named) - plain_there
         share = (response * theirs).sum() / (theirs**2).sum()
         rest = np.abs(response - share * theirs).max(0)
         print(f"{effect}: {share:.3f} of it, and beside that {1e3 * rest[:2].max():.1f} mm and {1e3 * rest[2]:.2f} mrad")
@@ -374,16 +405,43 @@ TRACK_CLASS = {"tyre_grip_anisotropy", "load_offset_longitudinal", "effective_tr
 
 
 def judged(hidden, answer):
-    """What an answer is worth: right alone, right in a group, silent or wrong, as the challenge scores it without an oracle."""
+    """What an answer is worth: right alone, right in groups, in part, silent or wrong, as the challenge scores it without an
+    oracle, which would know of mimics, too."""
     sets = [{finding["effect"], *finding["confounded_with"]} for finding in answer["findings"]]
+    outside = not set(hidden.causes) <= set(catalogue_draws(np.random.default_rng()))
     if answer["verdict"] == "unexplained":
-        return "wrong"
+        return "unexplained" if outside else "wrong"
     if not sets:
-        return "rightly clean" if hidden.effect is None else "silent"
-    is_it = lambda one: hidden.effect in one or ("effective_track" in one and hidden.effect in TRACK_CLASS)
-    if hidden.effect is None or not all(map(is_it, sets)):
+        return "silent" if hidden.causes else "rightly clean"
+    if outside:
+        return "mimic or wrong"
+    holds = lambda one, effect: effect in one or ("effective_track" in one and effect in TRACK_CLASS)
+    if not all(any(holds(one, effect) for effect in hidden.causes) for one in sets):
         return "wrong"
+    if not all(any(holds(one, effect) for one in sets) for effect in hidden.causes):
+        return "in part"
     return "named" if all(len(one) == 1 for one in sets) else "in a group"
+
+
+def gained(treadmark, folder, tyres, hidden, logs):
+    """How far squares without noise end from where the model sees them, before the answer and after; and before, where
+    nothing is hidden: the model's own error, which the best answer leaves [m]."""
+
+    def off(driven, name, model):
+        dataset, predicted = folder / f"{name}-fresh", folder / f"{name}-{model.parent.name}"
+        if not dataset.exists():
+            driven.write(dataset, logs)
+        subprocess.run([treadmark, "predict", dataset, "--robot", model, "--out", predicted], check=True, capture_output=True)
+        with open(predicted / "runs.csv") as runs:
+            ends = np.array([[float(run["x_m"]), float(run["y_m"])] for run in csv.DictReader(runs)])
+        surveyed = driven.surveyed()
+        actual = np.array([surveyed[run, steps, :2] for run, steps in enumerate(driven.steps)])
+        return math.sqrt(((ends - actual) ** 2).sum(1).mean())
+
+    fresh = lambda of: Campaign(tyres, of, np.random.default_rng(0), 1, (0, 0, 0), (0, 0, 0))
+    before, after = (folder / name / "extended_model.toml" for name in ("model", "answer"))
+    with_it = fresh(hidden)
+    return off(with_it, "hidden", before), off(with_it, "hidden", after), off(fresh(Hidden()), "clean", before)
 
 
 def in_words(finding):
@@ -396,6 +454,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("treadmark")
     parser.add_argument("--seeds", default="0..20", help="A..B, B not included")
+    parser.add_argument("--effects", choices=["one", "two", "outside"], default="one")
     parser.add_argument("--data", choices=["logs", "endpoints"], default="logs")
     parser.add_argument("--robot", default="jnpf_4wd")
     parser.add_argument("--out", help="a new folder for campaigns and answers")
@@ -404,11 +463,11 @@ def main():
     if arguments.responses:
         return compare_responses(arguments.treadmark)
     first, end = map(int, arguments.seeds.split(".."))
-    counts = {}
+    counts, gains = {}, np.zeros(2)
     with tempfile.TemporaryDirectory() as temporary:
         for seed in range(first, end):
             rng, folder = np.random.default_rng(seed), Path(arguments.out or temporary) / str(seed)
-            tyres, hidden = Tyres.drawn(rng), Hidden.drawn(rng)
+            tyres, hidden = Tyres.drawn(rng), Hidden.drawn(rng, arguments.effects)
             logs = arguments.data == "logs"
             for name, of in (("clean", Hidden()), ("hidden", hidden)):
                 Campaign(tyres, of, rng).write(folder / name, logs)
@@ -418,8 +477,12 @@ def main():
             verdict = judged(hidden, answer)
             counts[verdict] = counts.get(verdict, 0) + 1
             said = "; ".join(map(in_words, answer["findings"]))
-            print(f"{seed} {verdict}: hidden {hidden}; {answer['verdict']} {said}", flush=True)
+            before, after, least = gained(arguments.treadmark, folder, tyres, hidden, logs)
+            gains += np.array([1 - after / before, 1 - least / before])
+            off = f"{1e3 * before:.1f} to {1e3 * after:.1f} mm, {1e3 * least:.1f} with nothing hidden"
+            print(f"{seed} {verdict}: hidden {hidden}; {answer['verdict']} {said}; {off}", flush=True)
     print(", ".join(f"{verdict} {count}" for verdict, count in sorted(counts.items())))
+    print(f"gain of end positions: {gains[0] / gains[1]:.2f} of what the truth gains")
     sys.exit("wrong" in counts)
 
 
