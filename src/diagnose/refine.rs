@@ -22,6 +22,8 @@ const LARGE: f64 = 2.0;
 const ON_TYRES: usize = 3;
 /// Halvings between no change and one under which the robot cannot be driven.
 const HALVINGS: usize = 4;
+/// Times that a spot which leads to a better one beside it is followed on, at the distance at which it did.
+const FOLLOWED: usize = 12;
 /// Spots on the floor that are looked into at first.
 const LEADING_SPOTS: usize = 3;
 /// Causes from which on an answer is looked at askance: a spot, or one term of a formula, may do what many do together.
@@ -43,7 +45,8 @@ impl Study<'_> {
     pub(super) fn refined(&mut self, first: Ranking) -> Result<Ranking, DiagnoseError> {
         let mut ranking = first;
         // The stand-in is made exact where the leading answers are, and asked again.
-        for round in 0..ROUNDS {
+        let (mut round, mut followed) = (0, 0);
+        while round < ROUNDS {
             let closer = self.close_in(&ranking, spots::CLOSER.get(round).copied().unwrap_or_default())?;
             let refined = self.refine(&ranking)?;
             if !closer && !refined {
@@ -51,8 +54,16 @@ impl Study<'_> {
             }
             let before = ranking;
             ranking = self.search(&self.known_variants(), &self.worth_another_look(&before));
-            if round > 1 && self.is_exact(ranking.best()) && is_settled(&before, &ranking) {
+            if round > 1 && self.is_exact(ranking.best()) && self.knows_spots(&ranking) && is_settled(&before, &ranking)
+            {
                 break;
+            }
+            let place = |ranking: &Ranking| self.spot_of(ranking.best()).map(|(place, _)| place);
+            let leads_on = closer && round > 0 && place(&ranking) != place(&before);
+            if leads_on && followed < FOLLOWED {
+                followed += 1;
+            } else {
+                round += 1;
             }
         }
         // What is in doubt of the tyres comes in once the causes have settled: while they are looked for it would serve those that
@@ -82,30 +93,53 @@ impl Study<'_> {
         let (most, window, spots) =
             if in_doubt { (usize::MAX, f64::INFINITY, LEADING_SPOTS) } else { (LEADING, 12.0, 1) };
         let leading = ranking.hypotheses.iter().take(most).filter(|h| h.log_posterior > best.log_posterior - window);
-        let mut places: Vec<([f64; 2], f64)> = Vec::new();
+        let mut leads: Vec<(&Hypothesis, [f64; 2], f64)> = Vec::new();
         for h in leading {
-            let of = h.fit.at.iter().filter_map(|&(axis, value)| Some((self.variants[axis.variant].place()?, value)));
-            for (place, value) in of {
-                if places.iter().all(|(known, _)| *known != place) {
-                    places.push((place, value));
-                }
+            let Some((place, value)) = self.spot_of(h) else { continue };
+            if leads.iter().all(|(_, known, _)| *known != place) {
+                leads.push((h, place, value));
             }
         }
-        places.truncate(spots);
-        let looked_into = !places.is_empty() && !distances.is_empty();
-        for (place, value) in places {
+        leads.truncate(spots);
+        let looked_into = !leads.is_empty() && !distances.is_empty();
+        for (answer, from, value) in leads {
+            let beside = self.spot_beside(ranking, answer);
             for &distance in distances {
                 let known: Vec<[f64; 2]> = self.variants.iter().filter_map(Variant::place).collect();
                 let paths = (self.cases.as_slice(), &self.clusters[..self.used], self.surrogate.ways.as_slice());
-                for place in spots::near(place, distance, &known, paths) {
+                for place in spots::near(from, distance, &known, paths) {
                     let axis = Axis { variant: self.variants.len(), coordinate: 0 };
                     self.variants.push(Variant::spot(place));
+                    let on = beside.map_or(value, |beside| spots::continued((from, value), beside, place));
+                    let on = self.variants[axis.variant].coordinates[0].within(on);
                     let (surrogate, bench) = self.bench();
-                    surrogate.add_spot(bench, axis, value)?;
+                    surrogate.add_spot(bench, axis, on)?;
                 }
             }
         }
         Ok(looked_into)
+    }
+
+    /// Whether spots of leading answers were simulated where they are best, so that it is known which of them are likely.
+    fn knows_spots(&self, ranking: &Ranking) -> bool {
+        let is_spot = |place: &Place| self.variants[place.axis.variant].place().is_some();
+        leading(ranking).flat_map(places).filter(is_spot).all(|place| self.is_known(place))
+    }
+
+    /// Where an answer has a spot, if it has one, and how large.
+    fn spot_of(&self, answer: &Hypothesis) -> Option<([f64; 2], f64)> {
+        answer.fit.at.iter().find_map(|&(axis, value)| Some((self.variants[axis.variant].place()?, value)))
+    }
+
+    /// The nearest other spot that the same answer was simulated with where it is best: what is likely goes along both.
+    fn spot_beside(&self, ranking: &Ranking, answer: &Hypothesis) -> Option<([f64; 2], f64)> {
+        let (place, _) = self.spot_of(answer)?;
+        let rest = |h: &Hypothesis| -> Set {
+            h.set.iter().copied().filter(|&index| self.variants[index].place().is_none()).collect()
+        };
+        let alike = ranking.hypotheses.iter().filter(|h| self.is_exact(h) && rest(h) == rest(answer));
+        let others = alike.filter_map(|h| self.spot_of(h)).filter(|(other, _)| *other != place);
+        others.min_by(|(a, _), (b, _)| spots::distance(*a, place).total_cmp(&spots::distance(*b, place)))
     }
 
     /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
@@ -252,7 +286,7 @@ impl Study<'_> {
         let variant = &self.variants[axis.variant];
         let plausible = variant.coordinates[axis.coordinate].std_dev;
         let near = match variant.place() {
-            Some(_) => NEAR_FOR_SPOTS,
+            Some(_) => (std_dev / plausible).clamp(NEAREST, NEAR_FOR_SPOTS),
             None if value.abs() > LARGE * plausible => (std_dev / plausible).clamp(NEAREST, NEAR),
             None => NEAR,
         };

@@ -68,6 +68,15 @@ pub(super) fn near(
     near
 }
 
+/// How large a spot at a third `place` is likely to be, after two of them: grip and place trade off against one another along
+/// a line, as far as the farther of the two is away.
+pub(super) fn continued(from: ([f64; 2], f64), beside: ([f64; 2], f64), place: [f64; 2]) -> f64 {
+    let apart = [0, 1].map(|k| beside.0[k] - from.0[k]);
+    let along =
+        [0, 1].map(|k| apart[k] * (place[k] - from.0[k])).iter().sum::<f64>() / distance(from.0, beside.0).powi(2);
+    from.1 + (beside.1 - from.1) * along.clamp(-1.0, 1.0)
+}
+
 /// How far a spot is from the nearest other one that was tried \[m\]; 1 of another variant.
 pub(super) fn room(variants: &[Variant], index: usize) -> f64 {
     let Some(place) = variants[index].place() else { return 1.0 };
@@ -101,7 +110,7 @@ pub(super) fn touches(scene: &Scene, way: &Way, place: [f64; 2]) -> bool {
         .any(|(pose, step)| step[2].abs() > TURNS && distance([pose.x, pose.y], place) < reach)
 }
 
-fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
+pub(super) fn distance(a: [f64; 2], b: [f64; 2]) -> f64 {
     (a[0] - b[0]).hypot(a[1] - b[1])
 }
 
