@@ -205,9 +205,7 @@ pub static EFFECTS: [Effect; 22] = [
                 return;
             }
             let shape = RegionShape::Disc { x: values[0], y: values[1], radius: values[2] };
-            let plane = scene.floor.plane.map_or(1.0, |plane| plane.grip_ratio);
-            let grip_ratio = scene.floor.grip_ratio_at(values[0], values[1]) / plane * values[3];
-            scene.floor.regions.push(GripRegion { shape, grip_ratio });
+            scene.floor.regions.push(GripRegion { shape, grip_ratio: values[3] });
         },
     },
     Effect {

@@ -49,7 +49,7 @@ pub struct Plane {
 pub struct GripRegion {
     /// Its outline.
     pub shape: RegionShape,
-    /// Factor on friction inside, on top of the plane's \[–\].
+    /// Factor on friction inside, on top of what is there without it \[–\].
     pub grip_ratio: f64,
 }
 
@@ -172,12 +172,12 @@ impl Floor {
     }
 
     /// Factor on friction of the plane at a point of the room \[m\]. It changes over a band of 20 mm at the edge of a
-    /// region, as a patch slides over the edge.
+    /// region, as a patch slides over the edge; where regions overlap, each has its say.
     pub fn grip_ratio_at(&self, x: f64, y: f64) -> f64 {
         let plane = self.plane.map_or(1.0, |plane| plane.grip_ratio);
         self.regions.iter().fold(plane, |outside, region| {
             let inside = (region.shape.depth(x, y) / EDGE + 0.5).clamp(0.0, 1.0);
-            outside + inside * (plane * region.grip_ratio - outside)
+            outside * (1.0 + inside * (region.grip_ratio - 1.0))
         })
     }
 }

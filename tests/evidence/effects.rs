@@ -990,13 +990,19 @@ fn effects_are_increments() {
     for scene in scenes() {
         for (once, double) in small(&scene) {
             let id = once.effect.id;
-            let (twice, at_once) = (once.edit(&once.edit(&scene)), double.edit(&scene));
             if id == "floor_grip_patch" {
-                let grip = |scene: &Scene| scene.floor.grip_ratio_at(0.4, 0.4);
-                assert!((grip(&twice) / grip(&at_once) - 1.0).abs() < 2e-6, "{id}");
-                assert!((grip(&at_once) / grip(&scene) - 1.002).abs() < 1e-9, "{id}");
+                // In the middle of it, half over another one as well as alone, and at the other's edge.
+                for given in [&scene, &with(&scene, id, &[0.7, 0.4, 0.3, 0.5], "")] {
+                    let (twice, at_once) = (once.edit(&once.edit(given)), double.edit(given));
+                    for x in [0.2, 0.4, 0.6] {
+                        let grip = |scene: &Scene| scene.floor.grip_ratio_at(x, 0.4);
+                        assert!((grip(&twice) / grip(&at_once) - 1.0).abs() < 2e-6, "{id}");
+                        assert!((grip(&at_once) / grip(given) - 1.002).abs() < 1e-9, "{id}");
+                    }
+                }
                 continue;
             }
+            let (twice, at_once) = (once.edit(&once.edit(&scene)), double.edit(&scene));
             let (before, twice, at_once) = (numbers(&scene), numbers(&twice), numbers(&at_once));
             assert!(before.len() == twice.len() && before.len() == at_once.len());
             let mut moved: f64 = 0.0;
