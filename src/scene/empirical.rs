@@ -50,6 +50,10 @@ pub enum Feature {
     SpeedCosHeading,
     /// v sin θ
     SpeedSinHeading,
+    /// v cos 2θ: what a floor with a grain does, alike on the way there and back
+    SpeedCosTwiceHeading,
+    /// v sin 2θ
+    SpeedSinTwiceHeading,
     /// |ω| cos θ
     YawRateCosHeading,
     /// |ω| sin θ
@@ -95,7 +99,7 @@ impl TwistPart {
 
 impl Feature {
     /// All of them.
-    pub const ALL: [Feature; 15] = [
+    pub const ALL: [Feature; 17] = [
         Feature::Speed,
         Feature::AbsSpeed,
         Feature::SpeedSquared,
@@ -104,6 +108,8 @@ impl Feature {
         Feature::YawRateSquared,
         Feature::SpeedCosHeading,
         Feature::SpeedSinHeading,
+        Feature::SpeedCosTwiceHeading,
+        Feature::SpeedSinTwiceHeading,
         Feature::YawRateCosHeading,
         Feature::YawRateSinHeading,
         Feature::SpeedX,
@@ -126,6 +132,8 @@ impl Feature {
             Feature::YawRateSquared => w * w.abs(),
             Feature::SpeedCosHeading => v * cos,
             Feature::SpeedSinHeading => v * sin,
+            Feature::SpeedCosTwiceHeading => v * (cos * cos - sin * sin),
+            Feature::SpeedSinTwiceHeading => v * 2.0 * sin * cos,
             Feature::YawRateCosHeading => w.abs() * cos,
             Feature::YawRateSinHeading => w.abs() * sin,
             Feature::SpeedX => v * motion.pose.x,
@@ -147,6 +155,8 @@ impl Feature {
             Feature::YawRateSquared => "ω|ω|",
             Feature::SpeedCosHeading => "v cos θ",
             Feature::SpeedSinHeading => "v sin θ",
+            Feature::SpeedCosTwiceHeading => "v cos 2θ",
+            Feature::SpeedSinTwiceHeading => "v sin 2θ",
             Feature::YawRateCosHeading => "|ω| cos θ",
             Feature::YawRateSinHeading => "|ω| sin θ",
             Feature::SpeedX => "v x",

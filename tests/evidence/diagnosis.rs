@@ -173,14 +173,16 @@ fn causes_beside_a_formula_do_together_what_they_were_fitted_to_do() {
 
 /// Floors that carry the robot, in proportion to one feature of its motion: sideways as it turns, which several causes of the
 /// catalogue together mimic to within the noise, round the faster the farther out it is, which no cause does and other tyres do
-/// better than the model's, and round the faster the longer it drives, by whole turns in the end, which is forty times what is
-/// expected of a term. Neither is an answer where one term of a formula is.
+/// better than the model's, round the faster the longer it drives, by whole turns in the end, which is forty times what is
+/// expected of a term, and, as a grain does, to the left along the room and to the right across it, of which little is left by
+/// the end of a square. Neither is an answer where one term of a formula is.
 #[test]
 fn neither_a_list_of_causes_nor_other_tyres_are_an_answer_where_one_term_is() {
     let sideways = EmpiricalTerm { part: TwistPart::Left, feature: Feature::AbsYawRate, coefficient: -0.0056 };
     let round = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedX, coefficient: -0.0107 };
     let faster = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedTime, coefficient: -0.012 };
-    for carried in [sideways, round, faster] {
+    let grain = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedCosTwiceHeading, coefficient: 0.01 };
+    for carried in [sideways, round, faster, grain] {
         let mut world = base();
         world.empirical.push(carried);
         let found = diagnosed(&base(), &squares(&world, &base(), DataKind::Logs, 3022));
