@@ -5,7 +5,7 @@
 
 use super::case::{Case, Cluster};
 use super::doubt::{self, MotionError};
-use super::surrogate::Surrogate;
+use super::surrogate::{self, Surrogate};
 use super::variant::{Axis, Coordinates, Variant, moved_along};
 use super::way::compose;
 use crate::geometry::Pose2;
@@ -93,14 +93,13 @@ impl Problem<'_> {
     }
 
     /// Steps from 0 along an axis that are worth a linear look each: on both sides, where a cause does much the same on both;
-    /// of a spot on the floor, which does little until it does much, and then something else, to wherever it was simulated.
+    /// of a spot on the floor, which does little until it does much, and then something else, to where it was simulated.
     pub fn looks(&self, axis: Axis) -> Vec<f64> {
         let variant = &self.variants[axis.variant];
-        let std_dev = variant.coordinates[axis.coordinate].std_dev;
-        let simulated = if variant.place().is_some() { self.surrogate.simulated(axis) } else { Vec::new() };
+        let coordinate = variant.coordinates[axis.coordinate];
         match () {
-            () if !simulated.is_empty() => simulated,
-            () if self.surrogate.is_even(axis) => vec![std_dev, -std_dev],
+            () if variant.place().is_some() => surrogate::nodes(variant, coordinate),
+            () if self.surrogate.is_even(axis) => vec![coordinate.std_dev, -coordinate.std_dev],
             () => vec![self.step(axis)],
         }
     }

@@ -22,8 +22,9 @@ const LARGE: f64 = 2.0;
 const ON_TYRES: usize = 3;
 /// Halvings between no change and one under which the robot cannot be driven.
 const HALVINGS: usize = 4;
-/// Times that a spot which leads to a better one beside it is followed on, at the distance at which it did.
+/// Times that a spot is followed to a better one beside it, and how far at a time \[m\].
 const FOLLOWED: usize = 12;
+const FARTHER: [f64; 3] = [0.006_25, 0.003_125, 0.001_562];
 /// Spots on the floor that are looked into at first.
 const LEADING_SPOTS: usize = 3;
 /// Causes from which on an answer is looked at askance: a spot, or one term of a formula, may do what many do together.
@@ -45,8 +46,7 @@ impl Study<'_> {
     pub(super) fn refined(&mut self, first: Ranking) -> Result<Ranking, DiagnoseError> {
         let mut ranking = first;
         // The stand-in is made exact where the leading answers are, and asked again.
-        let (mut round, mut followed) = (0, 0);
-        while round < ROUNDS {
+        for round in 0..ROUNDS {
             let closer = self.close_in(&ranking, spots::CLOSER.get(round).copied().unwrap_or_default())?;
             let refined = self.refine(&ranking)?;
             if !closer && !refined {
@@ -54,18 +54,11 @@ impl Study<'_> {
             }
             let before = ranking;
             ranking = self.search(&self.known_variants(), &self.worth_another_look(&before));
-            if round > 1 && self.is_exact(ranking.best()) && self.knows_spots(&ranking) && is_settled(&before, &ranking)
-            {
+            if round > 1 && self.is_exact(ranking.best()) && is_settled(&before, &ranking) {
                 break;
             }
-            let place = |ranking: &Ranking| self.spot_of(ranking.best()).map(|(place, _)| place);
-            let leads_on = closer && round > 0 && place(&ranking) != place(&before);
-            if leads_on && followed < FOLLOWED {
-                followed += 1;
-            } else {
-                round += 1;
-            }
         }
+        self.follow_spot(&mut ranking)?;
         // What is in doubt of the tyres comes in once the causes have settled: while they are looked for it would serve those that
         // were simulated with it against all others. With it, they may go elsewhere.
         for _ in 0..ON_TYRES {
@@ -93,53 +86,107 @@ impl Study<'_> {
         let (most, window, spots) =
             if in_doubt { (usize::MAX, f64::INFINITY, LEADING_SPOTS) } else { (LEADING, 12.0, 1) };
         let leading = ranking.hypotheses.iter().take(most).filter(|h| h.log_posterior > best.log_posterior - window);
-        let mut leads: Vec<(&Hypothesis, [f64; 2], f64)> = Vec::new();
+        let mut places: Vec<([f64; 2], f64)> = Vec::new();
         for h in leading {
-            let Some((place, value)) = self.spot_of(h) else { continue };
-            if leads.iter().all(|(_, known, _)| *known != place) {
-                leads.push((h, place, value));
+            let of = h.fit.at.iter().filter_map(|&(axis, value)| Some((self.variants[axis.variant].place()?, value)));
+            for (place, value) in of {
+                if places.iter().all(|(known, _)| *known != place) {
+                    places.push((place, value));
+                }
             }
         }
-        leads.truncate(spots);
-        let looked_into = !leads.is_empty() && !distances.is_empty();
-        for (answer, from, value) in leads {
-            let beside = self.spot_beside(ranking, answer);
+        places.truncate(spots);
+        let looked_into = !places.is_empty() && !distances.is_empty();
+        for (place, value) in places {
             for &distance in distances {
                 let known: Vec<[f64; 2]> = self.variants.iter().filter_map(Variant::place).collect();
                 let paths = (self.cases.as_slice(), &self.clusters[..self.used], self.surrogate.ways.as_slice());
-                for place in spots::near(from, distance, &known, paths) {
+                for place in spots::near(place, distance, &known, paths) {
                     let axis = Axis { variant: self.variants.len(), coordinate: 0 };
                     self.variants.push(Variant::spot(place));
-                    let on = beside.map_or(value, |beside| spots::continued((from, value), beside, place));
-                    let on = self.variants[axis.variant].coordinates[0].within(on);
                     let (surrogate, bench) = self.bench();
-                    surrogate.add_spot(bench, axis, on)?;
+                    surrogate.add_spot(bench, axis, value)?;
                 }
             }
         }
         Ok(looked_into)
     }
 
-    /// Whether spots of leading answers were simulated where they are best, so that it is known which of them are likely.
-    fn knows_spots(&self, ranking: &Ranking) -> bool {
-        let is_spot = |place: &Place| self.variants[place.axis.variant].place().is_some();
-        leading(ranking).flat_map(places).filter(is_spot).all(|place| self.is_known(place))
+    /// Follows the spot of the best answer to where it is likeliest: of a little less grip a little farther on it does nearly the
+    /// same. One that is in doubt is not followed: looked for so closely, many would fit.
+    fn follow_spot(&mut self, ranking: &mut Ranking) -> Result<(), DiagnoseError> {
+        let mut followed = false;
+        for _ in 0..FOLLOWED {
+            let best = ranking.best().clone();
+            let Some((axis, from, value)) = self.spot_of(&best) else { break };
+            let without = ranking.hypotheses.iter().filter(|h| self.spot_of(h).is_none());
+            let likeliest = without.map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
+            if best.log_posterior < likeliest + verdict::REAL {
+                break;
+            }
+            let beside = self.spot_beside(ranking, &best);
+            let mut farther = Vec::new();
+            for distance in FARTHER {
+                let known: Vec<[f64; 2]> = self.variants.iter().filter_map(Variant::place).collect();
+                let paths = (self.cases.as_slice(), &self.clusters[..self.used], self.surrogate.ways.as_slice());
+                for place in spots::near(from, distance, &known, paths) {
+                    let there = Axis { variant: self.variants.len(), ..axis };
+                    self.variants.push(Variant::spot(place));
+                    let on = beside.map_or(value, |beside| spots::continued((from, value), beside, place));
+                    let on = self.variants[there.variant].coordinates[0].within(on);
+                    let (surrogate, bench) = self.bench();
+                    surrogate.add_spot(bench, there, on)?;
+                    let mut answer = best.clone();
+                    answer.set.remove(&axis.variant);
+                    answer.set.insert(there.variant);
+                    answer.fit.at.retain(|(other, _)| *other != axis);
+                    answer.fit.at.push((there, on));
+                    farther.push(answer);
+                }
+            }
+            ranking.look_again(&self.problem(self.counts.clone()), &farther);
+            let spots: Vec<Place> =
+                leading(ranking).flat_map(places).filter(|place| !self.knows_spot(*place)).collect();
+            if farther.is_empty() && spots.is_empty() {
+                break;
+            }
+            for place in spots {
+                self.refine_one(place.axis, place.value);
+            }
+            ranking.look_anew(&self.problem(self.counts.clone()));
+            followed = true;
+        }
+        if followed && self.options.noise.is_none() {
+            self.weigh_noise(ranking);
+        }
+        Ok(())
     }
 
     /// Where an answer has a spot, if it has one, and how large.
-    fn spot_of(&self, answer: &Hypothesis) -> Option<([f64; 2], f64)> {
-        answer.fit.at.iter().find_map(|&(axis, value)| Some((self.variants[axis.variant].place()?, value)))
+    fn spot_of(&self, answer: &Hypothesis) -> Option<(Axis, [f64; 2], f64)> {
+        answer.fit.at.iter().find_map(|&(axis, value)| Some((axis, self.variants[axis.variant].place()?, value)))
+    }
+
+    /// Whether a spot was simulated where it is, as near as the data tell; what is none is not asked for.
+    fn knows_spot(&self, Place { axis, value, std_dev }: Place) -> bool {
+        let variant = &self.variants[axis.variant];
+        let plausible = variant.coordinates[axis.coordinate].std_dev;
+        let near = (std_dev / plausible).clamp(NEAREST, NEAR_FOR_SPOTS) * plausible;
+        variant.place().is_none() || self.surrogate.nearest_node(axis, value, &self.variants) <= near
     }
 
     /// The nearest other spot that the same answer was simulated with where it is best: what is likely goes along both.
     fn spot_beside(&self, ranking: &Ranking, answer: &Hypothesis) -> Option<([f64; 2], f64)> {
-        let (place, _) = self.spot_of(answer)?;
+        let (_, place, _) = self.spot_of(answer)?;
         let rest = |h: &Hypothesis| -> Set {
             h.set.iter().copied().filter(|&index| self.variants[index].place().is_none()).collect()
         };
-        let alike = ranking.hypotheses.iter().filter(|h| self.is_exact(h) && rest(h) == rest(answer));
-        let others = alike.filter_map(|h| self.spot_of(h)).filter(|(other, _)| *other != place);
-        others.min_by(|(a, _), (b, _)| spots::distance(*a, place).total_cmp(&spots::distance(*b, place)))
+        let alike =
+            ranking.hypotheses.iter().filter(|h| places(h).all(|it| self.knows_spot(it)) && rest(h) == rest(answer));
+        let others = alike.filter_map(|h| self.spot_of(h)).filter(|(_, other, _)| *other != place);
+        let nearest =
+            others.min_by(|(_, a, _), (_, b, _)| spots::distance(*a, place).total_cmp(&spots::distance(*b, place)));
+        nearest.map(|(_, place, value)| (place, value))
     }
 
     /// Simulates the leading answers where they are best, and the causes of the best together; whether anything was.
@@ -286,7 +333,7 @@ impl Study<'_> {
         let variant = &self.variants[axis.variant];
         let plausible = variant.coordinates[axis.coordinate].std_dev;
         let near = match variant.place() {
-            Some(_) => (std_dev / plausible).clamp(NEAREST, NEAR_FOR_SPOTS),
+            Some(_) => NEAR_FOR_SPOTS,
             None if value.abs() > LARGE * plausible => (std_dev / plausible).clamp(NEAREST, NEAR),
             None => NEAR,
         };

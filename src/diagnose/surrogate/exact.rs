@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 
 /// Values of a coordinate that are simulated first, the one that shows most at the head. What a spot on the floor does turns
 /// about where its grip is what takes a wheel aside, and is level below where a robot no longer turns as it is told.
-pub(super) fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
+pub(in crate::diagnose) fn nodes(variant: &Variant, coordinate: Coordinate) -> Vec<f64> {
     if variant.place().is_some() {
         SPOT_NODES.map(|z| coordinate.within(coordinate.mean + z * coordinate.std_dev)).to_vec()
     } else if coordinate.one_sided {

@@ -19,7 +19,7 @@ use super::variant::{Axis, Coordinates, Variant, causes};
 use super::way::{self, ARM, Step, Way, compose, count_of, each, lasts, length, pose_at};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Scene, Survey, TwistPart};
-use exact::nodes;
+pub(super) use exact::nodes;
 use exact::{axes, simulations};
 use library::Entry;
 use rayon::prelude::*;
@@ -300,22 +300,9 @@ impl Surrogate {
 
     /// The value of `axis` nearest to `at` that was simulated, or 0, where nothing changes.
     fn nearest(&self, axis: Axis, at: f64) -> f64 {
-        let nearer = |nearest: f64, node: f64| if (node - at).abs() < (nearest - at).abs() { node } else { nearest };
-        self.nodes_of(axis).fold(0.0, nearer)
-    }
-
-    /// The values of `axis` that were simulated, in each cluster.
-    fn nodes_of(&self, axis: Axis) -> impl Iterator<Item = f64> + '_ {
-        let responses = self.responses.iter().filter_map(move |responses| responses.of_axis.get(&axis));
-        responses.flat_map(|response| response.simulated.iter().map(|node| node.at))
-    }
-
-    /// The values of `axis` that were simulated in any cluster, in their order.
-    pub fn simulated(&self, axis: Axis) -> Vec<f64> {
-        let mut nodes: Vec<f64> = self.nodes_of(axis).collect();
-        nodes.sort_by(f64::total_cmp);
-        nodes.dedup();
-        nodes
+        let nodes = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
+        let nodes = nodes.flat_map(|response| response.simulated.iter().map(|node| node.at));
+        nodes.fold(0.0, |nearest, node| if (node - at).abs() < (nearest - at).abs() { node } else { nearest })
     }
 
     /// The way of a run under a hypothesis: its steps' ends in the room, the start first.
