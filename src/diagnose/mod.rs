@@ -287,6 +287,12 @@ impl<'m> Study<'m> {
         self
     }
 
+    /// Lets each run count for a share of what it counts: noise of so much more variance.
+    pub fn counting_for(mut self, share: f64) -> Study<'m> {
+        self.counts.iter_mut().for_each(|count| *count *= share);
+        self
+    }
+
     /// The responses, for other campaigns of the same robot.
     pub fn library(&self) -> Library {
         Library::of_surrogate(&self.surrogate, &self.variants, &self.cases, &self.clusters)

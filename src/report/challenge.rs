@@ -19,9 +19,30 @@ pub fn binomial(hits: usize, of: usize) -> [f64; 2] {
     [((middle - half) / over).max(0.0), ((middle + half) / over).min(1.0)]
 }
 
+/// Draws of which silence, or one of two effects alone, would be a miss, and those that have their truth in the answer.
+#[derive(Debug, Clone, Copy, Default)]
+struct CalledFor {
+    draws: usize,
+    answered: usize,
+}
+
+impl CalledFor {
+    fn of(score: &Score, called_for: &dyn Fn(&Scored) -> bool) -> CalledFor {
+        let draws: Vec<&Scored> = score.draws.iter().filter(|scored| called_for(scored)).collect();
+        let answered = draws.iter().filter(|scored| !matches!(scored.tally, Tally::Missed | Tally::Wrong)).count();
+        CalledFor { draws: draws.len(), answered }
+    }
+
+    fn json(self) -> Value {
+        json!({"draws": self.draws, "answered": self.answered})
+    }
+}
+
 /// Sums of a score.
 struct Sums {
     runs: usize,
+    called_for: CalledFor,
+    called_for_as_told: Option<CalledFor>,
     hidden: usize,
     covered: [usize; 2],
     set_size: f64,
@@ -47,6 +68,12 @@ impl Sums {
         };
         Sums {
             runs: score.draws.len(),
+            called_for: CalledFor::of(score, &|scored| scored.called_for),
+            called_for_as_told: score
+                .draws
+                .iter()
+                .any(|scored| scored.called_for_as_told.is_some())
+                .then(|| CalledFor::of(score, &|scored| scored.called_for_as_told == Some(true))),
             hidden: score.draws.iter().filter(|scored| !scored.truth.is_empty()).count(),
             covered: [covered.iter().filter(|it| **it).count(), covered.len()],
             set_size: mean(score.draws.iter().filter_map(|scored| scored.set_size.map(|size| size as f64)).collect()),
@@ -87,6 +114,8 @@ pub fn json(score: &Score) -> Value {
         "both_exact": score.count(Tally::BothExact),
         "both_in_sets": score.count(Tally::BothInSets),
         "outside_right": score.count(Tally::Unexplained),
+        "called_for": sums.called_for.json(),
+        "called_for_as_told": sums.called_for_as_told.map(CalledFor::json),
         "coverage": finite(coverage),
         "coverage_of": sums.covered[1],
         "smallest_detectable_within_factor_2": finite(sums.detectable[0] as f64 / sums.detectable[1] as f64),
@@ -111,6 +140,8 @@ fn draw(scored: &Scored) -> Value {
         "oracle_set": scored.oracle_set,
         "answer": scored.answer,
         "came_to": words(scored.tally),
+        "called_for": scored.called_for,
+        "called_for_as_told": scored.called_for_as_told,
         "intervals": scored.intervals.iter().map(interval).collect::<Vec<_>>(),
         "gain": gain(scored.gain),
         "gain_on_fresh_campaign": gain(scored.gain_on_fresh),
@@ -173,6 +204,14 @@ pub fn text(score: &Score) -> String {
         sums.regret,
         sums.seconds
     );
+    let calls = |who: &str, CalledFor { draws, answered }: CalledFor| {
+        format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs")
+    };
+    let _ = write!(out, "{}", calls("the oracle, which knows the world,", sums.called_for));
+    if let Some(as_told) = sums.called_for_as_told {
+        let _ = write!(out, "; {}", calls("one that knows it by the clean campaigns alone", as_told));
+    }
+    let _ = writeln!(out);
     let mut of_effect: BTreeMap<String, Vec<&Scored>> = BTreeMap::new();
     for scored in &score.draws {
         let names: Vec<&str> = scored.truth.iter().map(|line| line.split(':').next().unwrap_or(line)).collect();

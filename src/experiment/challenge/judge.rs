@@ -2,7 +2,7 @@
 
 use super::score::{Interval, Scored, Tally};
 use super::{Challenge, Draw, EffectsKind};
-use crate::diagnose::{Diagnosis, Study, Verdict};
+use crate::diagnose::{Diagnosis, PairEvidence, Study, Verdict};
 use crate::effect::Cause;
 use crate::scene::Scene;
 use std::collections::BTreeMap;
@@ -10,9 +10,39 @@ use std::collections::BTreeMap;
 /// ln of the odds within which the oracle holds effects for alike: 50.
 const ALIKE: f64 = 3.912_023_005_428_146;
 
+/// Strength from which on silence is a miss \[σ\].
+const STRONG: f64 = 5.0;
+
 /// The name that an effect goes by: friction across is the effective track on two axles.
 fn class<'a>(id: &'a str, scene: &Scene) -> &'a str {
     if id == "tyre_grip_anisotropy" && scene.robot.wheelbase() > 0.0 { "effective_track" } else { id }
+}
+
+/// What was hidden, by the names that it goes by.
+fn truth_of(draw: &Draw) -> Vec<&str> {
+    draw.causes.iter().map(|cause| class(cause.effect.id, &draw.clean)).collect()
+}
+
+/// Evidence of the truth, where it is two effects.
+fn pair_evidence(truth: &[&str], oracle: &Study<'_>) -> Option<PairEvidence> {
+    <[&str; 2]>::try_from(truth).ok().and_then(|pair| oracle.pair_evidence(pair))
+}
+
+fn calls_for_both(pair: PairEvidence) -> bool {
+    pair.both > pair.fewer + ALIKE
+}
+
+/// Whether silence, or one of two effects alone, would be a miss.
+fn calls_for(truth: &[&str], strength: f64, pair: Option<PairEvidence>) -> bool {
+    if truth.len() == 2 { pair.is_some_and(calls_for_both) } else { strength >= STRONG }
+}
+
+/// The same, as an oracle has it which is not told what the world is, but knows it by `clean` campaigns like the draw's alone: the
+/// difference of a campaign from the mean of k others has 1 + 1/k times its variance.
+pub(super) fn called_for_by_clean(draw: &Draw, oracle: Study<'_>, clean: usize) -> bool {
+    let oracle = oracle.counting_for(clean as f64 / (clean + 1) as f64);
+    let truth = truth_of(draw);
+    calls_for(&truth, oracle.strength(), pair_evidence(&truth, &oracle))
 }
 
 /// What a draw came to, but for the gain.
@@ -23,11 +53,11 @@ pub(super) fn judge(
     oracle: &Study<'_>,
     seconds: f64,
 ) -> Scored {
-    let truth: Vec<&str> = draw.causes.iter().map(|cause| class(cause.effect.id, &draw.clean)).collect();
+    let truth = truth_of(draw);
     let strength = oracle.strength();
     let (nothing, evidences) = oracle.single_evidences();
     let evidence_of = |id: &str| evidences.iter().find(|(known, _)| *known == id).map(|(_, value)| *value);
-    let pair = <[&str; 2]>::try_from(truth.as_slice()).ok().and_then(|pair| oracle.pair_evidence(pair));
+    let pair = pair_evidence(&truth, oracle);
     let oracle_set: Vec<&'static str> = match truth.as_slice() {
         [_, _] if pair.is_some_and(|pair| pair.both > pair.fewer.max(pair.other) + ALIKE) => {
             draw.causes.iter().map(|cause| cause.effect.id).collect()
@@ -66,7 +96,7 @@ pub(super) fn judge(
                     && best > nothing + 0.4 * strength * strength
             };
             match () {
-                () if strength < 5.0 && silent => Tally::SilentRightly,
+                () if strength < STRONG && silent => Tally::SilentRightly,
                 () if diagnosis.verdict == Verdict::Unexplained || mimic => Tally::Unexplained,
                 () if silent => Tally::Missed,
                 () => Tally::Wrong,
@@ -75,7 +105,7 @@ pub(super) fn judge(
         (_, []) if silent => Tally::Clean,
         (_, []) => Tally::FalseAlarm,
         (_, [id]) => match () {
-            () if silent && strength >= 5.0 => Tally::Missed,
+            () if silent && strength >= STRONG => Tally::Missed,
             () if silent => Tally::SilentRightly,
             () if wrong || answers.is_empty() || strength < 1.0 => Tally::Wrong,
             () => {
@@ -85,17 +115,16 @@ pub(super) fn judge(
                     () if size <= oracle_set.len() + 1 => Tally::RightGroup,
                     () if size <= 2 * oracle_set.len() => Tally::Half,
                     // Below 5 σ only a wrong name counts against an answer.
-                    () if strength < 5.0 => Tally::SilentRightly,
+                    () if strength < STRONG => Tally::SilentRightly,
                     () => Tally::Missed,
                 }
             }
         },
         (_, both) => {
             let all = both.iter().all(|id| answers.iter().any(|answer| holds(answer, id)));
-            let called_for = pair.is_some_and(|pair| pair.both > pair.fewer + ALIKE);
             match () {
                 () if wrong => Tally::Wrong,
-                () if !called_for => Tally::AsFarAsCalledFor,
+                () if !pair.is_some_and(calls_for_both) => Tally::AsFarAsCalledFor,
                 () if all && answers.len() == both.len() && answers.iter().all(|answer| answer.len() == 1) => {
                     Tally::BothExact
                 }
@@ -117,7 +146,7 @@ pub(super) fn judge(
     }
     let regret = match truth.as_slice() {
         [] => diagnosis.probabilities.iter().find(|(id, _)| id.is_none()).map(|(_, p)| -p.max(1e-6).ln()),
-        [id] if strength >= 5.0 => {
+        [id] if strength >= STRONG => {
             let total: f64 =
                 evidences.iter().map(|(_, value)| (value - evidence_of(id).unwrap_or(nothing)).exp()).sum();
             diagnosis
@@ -152,6 +181,8 @@ pub(super) fn judge(
         oracle_set,
         answer,
         tally,
+        called_for: calls_for(&truth, strength, pair),
+        called_for_as_told: None,
         intervals,
         set_size: answers.iter().map(Vec::len).max(),
         regret,

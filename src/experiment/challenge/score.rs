@@ -1,7 +1,7 @@
 //! Scoring of hidden-effect challenges against an oracle that knows the true scene.
 
 use super::campaign::{CampaignKind, DataKind, drive_campaign, noise_free};
-use super::judge::judge;
+use super::judge::{called_for_by_clean, judge};
 use super::oracle::{left_by, oracle};
 use super::{Challenge, EffectsKind, surveyed};
 use crate::dataset::Dataset;
@@ -28,6 +28,10 @@ pub struct Scored {
     pub answer: String,
     /// How it counts.
     pub tally: Tally,
+    /// Whether silence, or one of two effects alone, would be a miss.
+    pub called_for: bool,
+    /// With another tyre law: the same, where the oracle, too, knows the world by clean campaigns alone.
+    pub called_for_as_told: Option<bool>,
     /// Parameters of true effects that were found alone.
     pub intervals: Vec<Interval>,
     /// Members of the answer's sets.
@@ -227,6 +231,9 @@ fn one(
     let clean = if challenge.mismatch { &of_world } else { simulator };
     let oracle = oracle(&challenge, &draw, clean, libraries.on(draw.clean.contact))?;
     let mut scored = judge(&challenge, &draw, &diagnosis, &oracle, seconds);
+    if challenge.mismatch {
+        scored.called_for_as_told = Some(called_for_by_clean(&draw, oracle, challenge.clean_campaigns));
+    }
     if scored.strength >= 5.0 && challenge.effects != EffectsKind::None {
         if let Some(gain) = held_out {
             let of_oracle = left_by(&draw.world, &draw.dataset, stop)?;
