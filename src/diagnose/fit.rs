@@ -229,7 +229,8 @@ impl Problem<'_> {
         let per_condition = match (with_error, spots) {
             (false, _) => 0,
             (true, false) => of_responses,
-            (true, true) => of_responses + PARTS,
+            // A spot may do more in each part, and be farther east, or north.
+            (true, true) => of_responses + PARTS + 2,
         };
         // Those of runs that do not count are left out: were it for zeros, sums would be rounded otherwise.
         let counts = |cluster: &&Cluster| cluster.count(&self.counts) > 0.0;

@@ -329,6 +329,20 @@ impl<'m> Study<'m> {
         ranking
     }
 
+    /// Causes by evidence, under noise as the best of `earlier` answers leaves it.
+    fn search_under_noise_of(&mut self, allowed: &[usize], earlier: &[search::Hypothesis]) -> search::Ranking {
+        if self.options.noise.is_none() {
+            self.learn_noise_of(earlier[0].fit.at.clone());
+        }
+        let problem = self.problem(self.counts.clone());
+        let mut ranking = search::Ranking::search(&problem, allowed, self.options.most_causes);
+        ranking.look_again(&problem, earlier);
+        if self.options.noise.is_none() {
+            self.weigh_noise(&mut ranking);
+        }
+        ranking
+    }
+
     fn problem(&self, counts: Vec<f64>) -> Problem<'_> {
         self.problem_under(&self.noise, counts)
     }

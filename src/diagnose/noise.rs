@@ -36,6 +36,8 @@ pub(super) struct Spread {
     campaign: usize,
     free: f64,
     off: DMatrix<f64>,
+    /// Covariance of what is not noise of it.
+    apart: Option<DMatrix<f64>>,
 }
 
 /// Spread of repeated runs about their means. `deviations` are readings less predictions, one vector a run.
@@ -47,7 +49,7 @@ pub(super) fn of_repeats(clusters: &[Cluster], deviations: &[DVector<f64>]) -> V
         let mean = cluster.runs.iter().fold(DVector::zeros(rows), |sum, &run| sum + &deviations[run]) / count;
         let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| &deviations[run] - &mean).collect();
         let (campaign, free) = (cluster.campaign, count - 1.0);
-        Spread { cluster: index, campaign, free, off: DMatrix::from_columns(&off) }
+        Spread { cluster: index, campaign, free, off: DMatrix::from_columns(&off), apart: None }
     });
     spreads.collect()
 }
@@ -58,7 +60,7 @@ pub(super) fn of_residuals(clusters: &[Cluster], residuals: &[DVector<f64>]) -> 
         clusters.iter().enumerate().filter(|(_, cluster)| !cluster.runs.is_empty()).map(|(index, cluster)| {
             let off: Vec<DVector<f64>> = cluster.runs.iter().map(|&run| residuals[run].clone()).collect();
             let (campaign, free) = (cluster.campaign, cluster.runs.len() as f64);
-            Spread { cluster: index, campaign, free, off: DMatrix::from_columns(&off) }
+            Spread { cluster: index, campaign, free, off: DMatrix::from_columns(&off), apart: None }
         });
     spreads.collect()
 }
@@ -100,8 +102,8 @@ pub(super) fn learn(
             priors.iter().map(|prior| sizes(prior, logs, correlation_time, clock_std)).collect();
         let fit: f64 = spreads
             .par_iter()
-            .map(|Spread { cluster, campaign, free, off }| {
-                let factor = shapes[*cluster].factor(&noises[*campaign]);
+            .map(|Spread { cluster, campaign, free, off, apart }| {
+                let factor = shapes[*cluster].factor_with(&noises[*campaign], apart.as_ref());
                 let log_det = 2.0 * linear::half_log_det(&factor);
                 let mut white = off.clone();
                 factor.l_dirty().solve_lower_triangular_mut(&mut white);
@@ -217,7 +219,11 @@ impl Study<'_> {
                     off[run] = &self.observed[run] - problem.predict(index, run, at);
                 }
             }
-            if repeats { of_repeats(&clusters, &off) } else { of_residuals(&clusters, &off) }
+            let mut spreads = if repeats { of_repeats(&clusters, &off) } else { of_residuals(&clusters, &off) };
+            for spread in &mut spreads {
+                spread.apart = problem.runs_apart(spread.cluster, at);
+            }
+            spreads
         };
         let on_the_way = self.cases.iter().any(|case| case.frame_stamp.is_some());
         let widths = if repeats { KNOWN } else { HARDLY_KNOWN };
@@ -237,9 +243,11 @@ impl Study<'_> {
         }
     }
 
-    /// Whether causes make repeated runs differ: tyres that grow or shrink do.
+    /// Whether causes make repeated runs differ: tyres that grow or shrink do, and spots that runs come upon here and there.
     pub(super) fn moves_runs_apart(&self, at: &[(Axis, f64)]) -> bool {
-        at.iter().any(|(axis, _)| self.variants[axis.variant].coordinates[axis.coordinate].hourly)
+        at.iter().any(|&(axis, _)| {
+            self.variants[axis.variant].coordinates[axis.coordinate].hourly || self.surrogate.knows_elsewhere(axis)
+        })
     }
 
     /// Whether enough runs repeat one another to tell noise by.

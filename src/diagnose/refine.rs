@@ -25,6 +25,8 @@ const HALVINGS: usize = 4;
 /// Times that a spot is followed to a better one beside it, and how far at a time \[m\].
 const FOLLOWED: usize = 12;
 const FARTHER: [f64; 3] = [0.006_25, 0.003_125, 0.001_562];
+/// Times that it is asked anew what leads where runs come upon spots elsewhere.
+const ELSEWHERE: usize = 3;
 /// Spots on the floor that are looked into at first.
 const LEADING_SPOTS: usize = 3;
 /// Causes from which on an answer is looked at askance: a spot, or one term of a formula, may do what many do together.
@@ -59,6 +61,7 @@ impl Study<'_> {
             }
         }
         self.follow_spot(&mut ranking)?;
+        ranking = self.look_elsewhere(ranking)?;
         // What is in doubt of the tyres comes in once the causes have settled: while they are looked for it would serve those that
         // were simulated with it against all others. With it, they may go elsewhere.
         for _ in 0..ON_TYRES {
@@ -160,6 +163,32 @@ impl Study<'_> {
             self.weigh_noise(ranking);
         }
         Ok(())
+    }
+
+    /// Simulates what spots that lead do where runs come upon them elsewhere, and, where the best answer has one, asks anew by how
+    /// much noise makes runs differ, and which causes there are.
+    fn look_elsewhere(&mut self, mut ranking: Ranking) -> Result<Ranking, DiagnoseError> {
+        for _ in 0..ELSEWHERE {
+            let spots: Vec<(Axis, f64)> =
+                leading(&ranking).filter_map(|h| self.spot_of(h)).map(|(axis, _, value)| (axis, value)).collect();
+            let mut looked = false;
+            for (axis, value) in spots {
+                let (surrogate, bench) = self.bench();
+                looked |= surrogate.look_elsewhere(bench, axis, value)?;
+            }
+            if !looked {
+                break;
+            }
+            if self.spot_of(ranking.best()).is_none() {
+                ranking.look_anew(&self.problem(self.counts.clone()));
+                continue;
+            }
+            let earlier: Vec<Hypothesis> = leading(&ranking).cloned().collect();
+            ranking = self.search_under_noise_of(&self.known_variants(), &earlier);
+            self.refine(&ranking)?;
+            ranking.look_anew(&self.problem(self.counts.clone()));
+        }
+        Ok(ranking)
     }
 
     /// Where an answer has a spot, if it has one, and how large.

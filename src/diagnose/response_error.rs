@@ -4,7 +4,7 @@ use super::case::{Case, Cluster};
 use super::linear::{Problem, flatten};
 use super::surrogate::Surrogate;
 use super::variant::{Axis, Coordinates, Variant};
-use super::way::{Step, Way, compose};
+use super::way::{Step, Way, add_times, compose};
 use crate::scene::Survey;
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use std::ops::Range;
@@ -14,7 +14,8 @@ pub(super) const RESPONSE_ERROR: [f64; 2] = [0.02, 0.03];
 /// Error that a response may have from run to run, relative: runs are not the run that stands for them.
 const RUN_ERROR: f64 = 0.005;
 /// The same of a spot on the floor, in each component of the steps: a run that strays by a centimetre comes upon it
-/// otherwise, and what a spot does changes over a decimetre.
+/// otherwise, and what a spot does changes over a decimetre. Of those that lead it is simulated, for where the response is
+/// steep it changes by more.
 const SPOT_ERROR: f64 = 0.1;
 /// Parts of a way whose responses may err independently.
 pub(super) const PARTS: usize = 8;
@@ -39,19 +40,44 @@ impl Problem<'_> {
         // What a spot does hangs on where exactly it is come upon, run for run and for all of them.
         if let Some(without) = self.without_spots(cluster, at) {
             columns.extend(parts.map(|part| response.less(&without, part, &[0, 1, 2]) * SPOT_ERROR));
+            columns.extend(self.come_upon_elsewhere(&response, cluster, at));
         }
         self.whitened(cluster, &columns)
     }
 
     /// Whitened change of a cluster's readings that each run's response makes on its own: columns of what runs differ by.
     pub(super) fn run_error_columns(&self, cluster: usize, at: &Coordinates) -> DMatrix<f64> {
+        self.whitened(cluster, &self.of_runs(cluster, at))
+    }
+
+    /// Covariance of what a cluster's runs differ by on their account, where they come upon spots elsewhere than the run that
+    /// stands for them and what that does is known.
+    pub(super) fn runs_apart(&self, cluster: usize, at: &Coordinates) -> Option<DMatrix<f64>> {
+        at.iter().any(|(axis, _)| self.surrogate.elsewhere(cluster, *axis).is_some()).then(|| {
+            let columns = DMatrix::from_columns(&self.of_runs(cluster, at));
+            &columns * columns.transpose()
+        })
+    }
+
+    /// Change of a cluster's readings that each run's response makes on its own.
+    fn of_runs(&self, cluster: usize, at: &Coordinates) -> Vec<DVector<f64>> {
         let response = Changed::by(self, cluster, at);
         let all = 0..response.steps.len();
         let mut columns = vec![response.less(&response.way.steps, all.clone(), &[0, 1, 2]) * RUN_ERROR];
         if let Some(without) = self.without_spots(cluster, at) {
             columns.extend((0..3).map(|c| response.less(&without, all.clone(), &[c]) * SPOT_ERROR));
+            columns.extend(self.come_upon_elsewhere(&response, cluster, at));
         }
-        self.whitened(cluster, &columns)
+        columns
+    }
+
+    /// Change of a cluster's readings where spots are come upon elsewhere, as far as that is known: farther east, and north.
+    fn come_upon_elsewhere(&self, response: &Changed<'_>, cluster: usize, at: &Coordinates) -> [DVector<f64>; 2] {
+        [0, 1].map(|part| {
+            let known = at.iter().filter_map(|(axis, _)| self.surrogate.elsewhere(cluster, *axis));
+            let nothing = DVector::zeros(response.readings.len());
+            known.fold(nothing, |sum, changes| sum + response.more(&changes[part]))
+        })
     }
 
     /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
@@ -99,6 +125,13 @@ impl<'p> Changed<'p> {
     fn read(&self, steps: &[Step]) -> DVector<f64> {
         let path = compose(self.way.start, steps);
         flatten(self.case, &self.surrogate.readings(self.case, self.way, &path, &self.survey))
+    }
+
+    /// What a further change of the steps makes of the readings; linear, as below.
+    fn more(&self, change: &[Step]) -> DVector<f64> {
+        let mut steps = self.steps.clone();
+        add_times(0.1, change, &mut steps);
+        (self.read(&steps) - &self.readings) * 10.0
     }
 
     /// What it changes of the readings beyond `without`, by these components of the steps of a part of the way. A tenth of

@@ -170,7 +170,14 @@ impl Shapes {
 
     /// Its Cholesky factor.
     pub fn factor(&self, noise: &NoiseModel) -> Cholesky<f64, Dyn> {
-        Cholesky::new(self.covariance(noise)).expect("survey noise keeps every covariance positive")
+        self.factor_with(noise, None)
+    }
+
+    /// That of its sum with another.
+    pub fn factor_with(&self, noise: &NoiseModel, other: Option<&DMatrix<f64>>) -> Cholesky<f64, Dyn> {
+        let own = self.covariance(noise);
+        let sum = if let Some(other) = other { own + other } else { own };
+        Cholesky::new(sum).expect("survey noise keeps every covariance positive")
     }
 }
 

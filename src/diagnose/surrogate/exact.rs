@@ -1,7 +1,7 @@
 //! What of the stand-in is simulated: responses where an answer is, and what causes do together.
 
 use super::response::{Interplay, Node, Response, Responses, Whole, share_of};
-use super::{Bench, Surrogate};
+use super::{Bench, Elsewhere, Surrogate};
 use crate::diagnose::case::{Case, Cluster};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::spots;
@@ -240,6 +240,35 @@ impl Surrogate {
             .collect();
         let traces = model.traces_on(model.scene(), &case.run, &case.counted, &floors)?;
         Ok(traces.iter().map(|trace| self.changed(cluster, case, trace)).collect())
+    }
+
+    /// Simulates what a spot does where runs come upon it elsewhere, if that is not known nearby; whether it was.
+    pub fn look_elsewhere(&mut self, bench: Bench<'_>, spot: Axis, at: f64) -> Result<bool, ForwardError> {
+        let variant = &bench.variants[spot.variant];
+        let near = SAME * variant.coordinates[spot.coordinate].std_dev;
+        let is_known = self.elsewhere.iter().any(|((_, known), it)| *known == spot && (it.at - at).abs() < near);
+        let Some(place) = variant.place().filter(|_| !is_known) else { return Ok(false) };
+        let first = bench.variants.len();
+        let about = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+        let displaced = about.map(|by| Variant::spot([0, 1].map(|k| place[k] + by[k] * spots::STRAY)));
+        let variants = [bench.variants, &displaced].concat();
+        let there: Vec<(Axis, f64)> = (first..variants.len()).map(|variant| (Axis { variant, ..spot }, at)).collect();
+        let bench = Bench { variants: &variants, ..bench };
+        let concerned = (0..bench.clusters.len()).filter(|&it| self.responses[it].of_axis.contains_key(&spot));
+        let simulated = concerned
+            .collect::<Vec<usize>>()
+            .into_par_iter()
+            .map(|cluster| {
+                let changes = self.changes_in_passing(bench, &bench.clusters[cluster], &there)?;
+                let half = |up: &[Step], down: &[Step]| -> Vec<Step> {
+                    up.iter().zip(down).map(|(up, down)| each(|c| 0.5 * (up[c] - down[c]))).collect()
+                };
+                let changes = [half(&changes[0], &changes[1]), half(&changes[2], &changes[3])];
+                Ok(((cluster, spot), Elsewhere { at, changes }))
+            })
+            .collect::<Result<Vec<_>, ForwardError>>()?;
+        self.elsewhere.extend(simulated);
+        Ok(true)
     }
 
     /// Simulates what causes and terms of one answer do together, each two of them and all at once, where that is not known

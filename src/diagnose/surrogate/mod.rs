@@ -62,6 +62,15 @@ pub(super) struct Surrogate {
     even: BTreeSet<Axis>,
     /// Change of a cluster's steps where what a variant is of the tyres is 1 σ off, and nothing else.
     on_tyres: BTreeMap<(usize, usize), Vec<Step>>,
+    /// What spots do where they are come upon elsewhere.
+    elsewhere: BTreeMap<(usize, Axis), Elsewhere>,
+}
+
+/// Change of a cluster's steps beyond what a spot of one size does, where a run comes upon it [`spots::STRAY`] farther west, and
+/// farther south: as if the spot were so much farther east, and farther north.
+struct Elsewhere {
+    at: f64,
+    changes: [Vec<Step>; 2],
 }
 
 impl Surrogate {
@@ -141,10 +150,11 @@ impl Surrogate {
             .max_by(|(_, a), (_, b)| ways[*a].turned().total_cmp(&ways[*b].turned()))
             .expect("a study has runs");
         let responses = vec![Responses::default(); clusters.len()];
-        let (even, on_tyres) = (BTreeSet::new(), BTreeMap::new());
+        let (even, on_tyres, elsewhere) = (BTreeSet::new(), BTreeMap::new(), BTreeMap::new());
         let unsteadiness = way::unsteadiness(clusters[..used].iter().map(|cluster| &ways[cluster.reference]));
         let survey = scene.survey;
-        let mut surrogate = Surrogate { survey, responses, ways, unsteadiness, most_turning, even, on_tyres };
+        let mut surrogate =
+            Surrogate { survey, responses, ways, unsteadiness, most_turning, even, on_tyres, elsewhere };
         let axes = axes(variants, cases);
         let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
             .filter(|&cluster| known[cluster].is_none())
@@ -204,6 +214,17 @@ impl Surrogate {
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.into_iter().filter(turns_back).collect();
         Ok(surrogate)
+    }
+
+    /// What a spot does beyond what it does where it is to steps of a cluster's runs that stray east and north, if that was
+    /// simulated.
+    pub fn elsewhere(&self, cluster: usize, spot: Axis) -> Option<&[Vec<Step>; 2]> {
+        self.elsewhere.get(&(cluster, spot)).map(|it| &it.changes)
+    }
+
+    /// Whether it was simulated of a spot in any cluster.
+    pub fn knows_elsewhere(&self, spot: Axis) -> bool {
+        self.elsewhere.keys().any(|(_, known)| *known == spot)
     }
 
     /// Whether a cause does much the same on both sides of 0.
