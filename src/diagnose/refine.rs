@@ -168,6 +168,11 @@ impl Study<'_> {
     /// Simulates what spots that lead do where runs come upon them elsewhere, and, where the best answer has one, asks anew by how
     /// much noise makes runs differ, and which causes there are.
     fn look_elsewhere(&mut self, mut ranking: Ranking) -> Result<Ranking, DiagnoseError> {
+        // Beside many causes a spot stands for what none of them is, and noise is not to be learnt from that.
+        let is_one_of_few = |best: &Hypothesis| self.spot_of(best).is_some() && best.set.len() < LONG_LIST;
+        if !is_one_of_few(ranking.best()) {
+            return Ok(ranking);
+        }
         for _ in 0..ELSEWHERE {
             let spots: Vec<(Axis, f64)> =
                 leading(&ranking).filter_map(|h| self.spot_of(h)).map(|(axis, _, value)| (axis, value)).collect();
