@@ -320,13 +320,7 @@ impl<'m> Study<'m> {
                 }
             }
         }
-        if !earlier.is_empty() {
-            ranking.look_again(&self.problem(self.counts.clone()), earlier);
-        }
-        if learns {
-            self.weigh_noise(&mut ranking);
-        }
-        ranking
+        self.weighed(ranking, earlier)
     }
 
     /// Causes by evidence, under noise as the best of `earlier` answers leaves it.
@@ -334,9 +328,15 @@ impl<'m> Study<'m> {
         if self.options.noise.is_none() {
             self.learn_noise_of(earlier[0].fit.at.clone());
         }
-        let problem = self.problem(self.counts.clone());
-        let mut ranking = search::Ranking::search(&problem, allowed, self.options.most_causes);
-        ranking.look_again(&problem, earlier);
+        let ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, self.options.most_causes);
+        self.weighed(ranking, earlier)
+    }
+
+    /// A search that has looked where `earlier` answers were best, too, weighed over what noise may be where that is learnt.
+    fn weighed(&self, mut ranking: search::Ranking, earlier: &[search::Hypothesis]) -> search::Ranking {
+        if !earlier.is_empty() {
+            ranking.look_again(&self.problem(self.counts.clone()), earlier);
+        }
         if self.options.noise.is_none() {
             self.weigh_noise(&mut ranking);
         }

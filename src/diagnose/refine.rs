@@ -169,8 +169,7 @@ impl Study<'_> {
     /// much noise makes runs differ, and which causes there are.
     fn look_elsewhere(&mut self, mut ranking: Ranking) -> Result<Ranking, DiagnoseError> {
         // Beside many causes a spot stands for what none of them is, and noise is not to be learnt from that.
-        let is_one_of_few = |best: &Hypothesis| self.spot_of(best).is_some() && best.set.len() < LONG_LIST;
-        if !is_one_of_few(ranking.best()) {
+        if self.spot_of(ranking.best()).is_none() || ranking.best().set.len() >= LONG_LIST {
             return Ok(ranking);
         }
         for _ in 0..ELSEWHERE {

@@ -20,7 +20,7 @@ pub fn binomial(hits: usize, of: usize) -> [f64; 2] {
 }
 
 /// Draws of which silence, or one of two effects alone, would be a miss, and those that have their truth in the answer.
-#[derive(Debug, Clone, Copy, Default)]
+#[derive(Debug, Clone, Copy)]
 struct CalledFor {
     draws: usize,
     answered: usize,

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 const ALIKE: f64 = 3.912_023_005_428_146;
 
 /// Strength from which on silence is a miss \[σ\].
-const STRONG: f64 = 5.0;
+pub(super) const STRONG: f64 = 5.0;
 
 /// The name that an effect goes by: friction across is the effective track on two axles.
 fn class<'a>(id: &'a str, scene: &Scene) -> &'a str {

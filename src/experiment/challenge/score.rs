@@ -1,7 +1,7 @@
 //! Scoring of hidden-effect challenges against an oracle that knows the true scene.
 
 use super::campaign::{CampaignKind, DataKind, drive_campaign, noise_free};
-use super::judge::{called_for_by_clean, judge};
+use super::judge::{STRONG, called_for_by_clean, judge};
 use super::oracle::{left_by, oracle};
 use super::{Challenge, EffectsKind, surveyed};
 use crate::dataset::Dataset;
@@ -158,7 +158,7 @@ pub fn score(
         draws.extend(scored);
     }
     let nameable = |scored: &&Scored| {
-        !scored.truth.is_empty() && scored.oracle_set.len() == scored.truth.len() && scored.strength >= 5.0
+        !scored.truth.is_empty() && scored.oracle_set.len() == scored.truth.len() && scored.strength >= STRONG
     };
     let oracle_nameable = draws.iter().filter(nameable).count();
     Ok(Score { draws, oracle_nameable })
@@ -234,7 +234,7 @@ fn one(
     if challenge.mismatch {
         scored.called_for_as_told = Some(called_for_by_clean(&draw, oracle, challenge.clean_campaigns));
     }
-    if scored.strength >= 5.0 && challenge.effects != EffectsKind::None {
+    if scored.strength >= STRONG && challenge.effects != EffectsKind::None {
         if let Some(gain) = held_out {
             let of_oracle = left_by(&draw.world, &draw.dataset, stop)?;
             scored.gain = Some([gain.position_after, of_oracle].map(|left| 1.0 - left / gain.position_before));
