@@ -132,8 +132,10 @@ pub struct Transient {
 /// A hypothesis and what the data say of it.
 #[derive(Debug, Clone)]
 pub struct Ranked {
-    /// Effects, with their choice.
+    /// Effects by their id; a term of a formula as it is written.
     pub effects: Vec<String>,
+    /// The same with wheel, side or place.
+    pub causes: Vec<String>,
     /// ln evidence.
     pub log_evidence: f64,
     /// Share of the posterior.

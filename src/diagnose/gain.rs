@@ -6,7 +6,7 @@ use super::fit::Fit;
 use super::search::Ranking;
 use super::variant::Axis;
 use super::verdict::{self, convincing};
-use super::{DiagnoseError, ForwardModel, Study, misfit, tyres};
+use super::{ForwardModel, Study, misfit, tyres};
 use crate::dataset::Protocol;
 use crate::scene::Doubt;
 use nalgebra::DVector;
@@ -37,6 +37,8 @@ pub struct Gain {
     pub motion_error: f64,
     /// What was held out, in words.
     pub held_out: String,
+    /// The same on repeats, where no other condition shows a sure gain of what was found: a spot in one path is in no other.
+    pub on_repeats: Option<Box<Gain>>,
 }
 
 /// Errors over what was expected of them from which on the account is wrong: where all of an error is of one cause, an account
@@ -97,20 +99,46 @@ fn folds(study: &Study<'_>) -> (Vec<Vec<usize>>, String) {
     (if parts > 1 { folds } else { Vec::new() }, "each quarter of the runs predicted from the rest".to_owned())
 }
 
-/// Held-out errors; `None` where nothing can be held out.
-pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError> {
+/// Two halves of the runs that have repeats; none where there are none.
+fn halves(study: &Study<'_>) -> Vec<Vec<usize>> {
+    let mut halves = vec![Vec::new(), Vec::new()];
+    for cluster in &study.clusters {
+        let runs: Vec<usize> = cluster.active(&study.counts).collect();
+        if runs.len() > 1 {
+            runs.iter().enumerate().for_each(|(k, &run)| halves[k % 2].push(run));
+        }
+    }
+    halves.retain(|half| !half.is_empty());
+    halves
+}
+
+/// Held-out errors of the runs that were named, else of other conditions, and of repeats where that is not sure; `None` where
+/// nothing can be held out.
+pub(super) fn gain(study: &mut Study<'_>) -> Option<Gain> {
+    let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
+    if !named.is_empty() {
+        return measure(study, &[named], "the runs that were named to be held out".to_owned(), true);
+    }
+    let (folds, words) = folds(study);
+    let mut gain = measure(study, &folds, words, false)?;
+    let finds = |study: &Study<'_>| study.answer.as_ref().is_some_and(|answer| !answer.at.is_empty());
+    if gain.sure() == 0.0 && (finds(study) || study.on_other_tyres.as_deref().is_some_and(finds)) {
+        let words = "each half of the runs of a kind predicted from the other half".to_owned();
+        gain.on_repeats = measure(study, &halves(study), words, false).map(Box::new);
+    }
+    Some(gain)
+}
+
+/// Errors on each of `folds`, held out, which are called `words` together; `is_named` is whether the answer has not seen them.
+fn measure(study: &mut Study<'_>, folds: &[Vec<usize>], words: String, is_named: bool) -> Option<Gain> {
     let everyone = study.counts.clone();
     let mut other = study.on_other_tyres.take();
     let errors_of = |study: &Study<'_>| (study.noise.clone(), study.discrepancy);
     let learnt = [Some(errors_of(study)), other.as_deref().map(errors_of)];
-    let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
-    let is_named = !named.is_empty();
-    let (folds, words) =
-        if is_named { (vec![named], "the runs that were named to be held out".to_owned()) } else { folds(study) };
     let stated = study.model.scene().robot.doubt;
     let mut errors = Vec::new();
     let mut likelihoods = [0.0; doubt::SHARES.len()];
-    for fold in &folds {
+    for fold in folds {
         let counts: Vec<f64> =
             everyone.iter().enumerate().map(|(run, count)| if fold.contains(&run) { 0.0 } else { *count }).collect();
         if counts.iter().all(|count| *count == 0.0) {
@@ -160,7 +188,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     }
     study.on_other_tyres = other;
     if errors.is_empty() {
-        return Ok(None);
+        return None;
     }
     let root = |values: &mut dyn Iterator<Item = f64>| {
         let (sum, count) = values.fold((0.0, 0.0), |(sum, count), value| (sum + value, count + 1.0));
@@ -173,7 +201,7 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
     let weights = likelihoods.map(|likelihood| (likelihood - most).exp());
     let motion_error = weights.iter().zip(doubt::SHARES).map(|(weight, share)| weight * share).sum::<f64>()
         / weights.iter().sum::<f64>();
-    Ok(Some(Gain {
+    Some(Gain {
         position_before: position(0),
         position_after: position(1),
         heading_before: heading(0),
@@ -183,7 +211,8 @@ pub(super) fn gain(study: &mut Study<'_>) -> Result<Option<Gain>, DiagnoseError>
         position_expected: root(&mut errors.iter().map(|e| e.expected)),
         motion_error: motion_error.max(stated.motion),
         held_out: words,
-    }))
+        on_repeats: None,
+    })
 }
 
 /// What some of the runs say without the others.

@@ -427,10 +427,7 @@ impl<'m> Study<'m> {
     }
 
     /// What the extension is worth on runs that take no part in it; `None` where nothing can be held out.
-    ///
-    /// # Errors
-    /// A run that cannot be simulated.
-    pub fn gain(&mut self) -> Result<Option<Gain>, DiagnoseError> {
+    pub fn gain(&mut self) -> Option<Gain> {
         gain::gain(self)
     }
 

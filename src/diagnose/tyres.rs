@@ -153,8 +153,9 @@ pub(super) fn judge(
         diagnosis.verdict = Verdict::Named;
         (diagnosis.suspicion, diagnosis.next_experiment) = (None, None);
     }
-    for answer in diagnosis.ranking.iter_mut().filter(|answer| !answer.effects.iter().any(|name| name == CLASS)) {
+    for answer in diagnosis.ranking.iter_mut().filter(|answer| !answer.effects.iter().any(|id| id == CLASS)) {
         answer.effects.insert(0, CLASS.to_owned());
+        answer.causes.insert(0, CLASS.to_owned());
     }
     for (effect, probability) in &mut diagnosis.probabilities {
         match *effect {

@@ -373,15 +373,21 @@ impl Variant {
         self.effect.parameters.iter().any(|parameter| parameter.prior == Prior::AnyHeading)
     }
 
+    /// The effect by its id; a term as it is written.
+    pub fn id(&self) -> String {
+        match self.role {
+            Role::Term(term) => format!("{} ~ {}", term.part.symbol(), term.feature.symbol()),
+            _ => self.effect.id.to_owned(),
+        }
+    }
+
     /// A name for tables: the effect, and the choice.
     pub fn label(&self) -> String {
-        if let Role::Term(term) = self.role {
-            return format!("{} ~ {}", term.part.symbol(), term.feature.symbol());
+        match self.place() {
+            Some([x, y]) => format!("{} ({x:.2}, {y:.2})", self.id()),
+            None if self.choice.is_empty() => self.id(),
+            None => format!("{} ({})", self.id(), self.choice),
         }
-        if let Some([x, y]) = self.place() {
-            return format!("{} ({x:.2}, {y:.2})", self.effect.id);
-        }
-        if self.choice.is_empty() { self.effect.id.to_owned() } else { format!("{} ({})", self.effect.id, self.choice) }
     }
 }
 

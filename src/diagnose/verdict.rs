@@ -93,22 +93,12 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         let holds = |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].names(id));
         (Some(id), ranking.hypotheses.iter().filter(holds).map(probability).sum())
     }));
-    let ranked = ranking
-        .hypotheses
-        .iter()
-        .take(40)
-        .map(|h| Ranked {
-            effects: h.set.iter().map(|&i| &variants[i]).filter(|it| !it.is_doubted()).map(Variant::label).collect(),
-            log_evidence: h.fit.log_evidence,
-            probability: probability(h),
-        })
-        .collect();
     let (residues, remainder) = residue::residues(study, &answered)?;
     Ok(Diagnosis {
         verdict,
         misfit,
         findings,
-        ranking: ranked,
+        ranking: ranked(ranking, variants, total),
         suspicion: if verdict == Verdict::Explained { suspicion(&probabilities) } else { None },
         probabilities,
         blind_to: blind(study),
@@ -125,6 +115,28 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         runs: run_readings(study, given, &answered),
         left_out: study.left_out.clone(),
     })
+}
+
+/// Answers that are listed at most.
+const MOST_RANKED: usize = 40;
+
+/// The answers that were weighed, the likeliest first; those of the same causes, with spots at the same place to the centimetre
+/// that names state, are one. `total` is ln of all that answers weigh.
+fn ranked(ranking: &Ranking, variants: &[Variant], total: f64) -> Vec<Ranked> {
+    let mut answers: Vec<Ranked> = Vec::new();
+    for h in &ranking.hypotheses {
+        let parts = || h.set.iter().map(|&index| &variants[index]).filter(|variant| !variant.is_doubted());
+        let causes: Vec<String> = parts().map(Variant::label).collect();
+        let (log_evidence, probability) = (h.fit.log_evidence, (h.log_posterior - total).exp());
+        if let Some(known) = answers.iter_mut().find(|known| known.causes == causes) {
+            known.probability += probability;
+            known.log_evidence = log_sum([known.log_evidence, log_evidence].into_iter());
+        } else if answers.len() < MOST_RANKED {
+            let effects = parts().map(Variant::id).collect();
+            answers.push(Ranked { effects, causes, log_evidence, probability });
+        }
+    }
+    answers
 }
 
 /// What is clearly likelier than nothing, of the effects' probabilities.

@@ -26,7 +26,9 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
     for words in notes(diagnosis) {
         let _ = writeln!(out, "{words}");
     }
-    let _ = writeln!(out, "{}", worth(gain));
+    for words in worth(gain) {
+        let _ = writeln!(out, "{words}");
+    }
     if let Some(words) = next(diagnosis) {
         let _ = writeln!(out, "Next experiment: {words}");
     }
@@ -50,7 +52,7 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
 
 /// The same in short, for the recording's text panel.
 pub fn markdown(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
-    let mut out = format!("**{}**\n\n{}\n\n", answer(diagnosis), worth(gain));
+    let mut out = format!("**{}**\n\n{}\n\n", answer(diagnosis), worth(gain).join("\n\n"));
     for words in notes(diagnosis) {
         let _ = writeln!(out, "{words}\n");
     }
@@ -233,13 +235,18 @@ pub(super) fn findings(diagnosis: &Diagnosis) -> Grid {
     let columns = if alone { header.len() - 1 } else { header.len() };
     let mut grid = Grid::new("", &header[..columns]);
     for finding in &diagnosis.findings {
-        let sought = finding.parameters.iter().filter_map(|found| Some((found, found.std_dev?)));
-        for (index, (found, std_dev)) in sought.enumerate() {
+        // What was not sought is nothing, or where and how large a spot is.
+        let stated = finding.parameters.iter().filter(|found| found.std_dev.is_some() || found.value != 0.0);
+        for (index, found) in stated.enumerate() {
             let first = |words: String| if index == 0 { words } else { String::new() };
+            let value = match found.std_dev {
+                Some(std_dev) => parameter(&Parameter { value: found.value, std_dev }),
+                None => significant(found.value, 3),
+            };
             let cells = [
                 first(named(finding)),
                 found.name.to_owned(),
-                parameter(&Parameter { value: found.value, std_dev }),
+                value,
                 first(share(finding.probability)),
                 first(finding.confounded_with.join(", ")),
             ];
@@ -257,9 +264,14 @@ fn share(probability: f64) -> String {
     }
 }
 
-/// What the extension is worth on runs that took no part in it.
-pub(super) fn worth(gain: Option<&Gain>) -> String {
-    let Some(gain) = gain else { return "Gain: nothing could be held out.".to_owned() };
+/// What the extension is worth on runs that took no part in it, and on repeats where those do not show it.
+pub(super) fn worth(gain: Option<&Gain>) -> Vec<String> {
+    let Some(gain) = gain else { return vec!["Gain: nothing could be held out.".to_owned()] };
+    let on_repeats = gain.on_repeats.as_deref().map(|gain| worth_on(gain, "repeats"));
+    [worth_on(gain, "runs held out")].into_iter().chain(on_repeats).collect()
+}
+
+fn worth_on(gain: &Gain, runs: &str) -> String {
     let sure = if gain.interval[0] > 0.0 { "" } else { ", so none that is sure" };
     let heading = if gain.heading_before.is_finite() {
         format!(", heading {:.1} → {:.1} mrad", 1e3 * gain.heading_before, 1e3 * gain.heading_after)
@@ -275,7 +287,7 @@ pub(super) fn worth(gain: Option<&Gain>) -> String {
         }
     };
     format!(
-        "Gain on runs held out ({}): position {:.1} → {:.1} mm{heading}; {}{sure}. Noise floor {:.1} mm; by its own intervals the \
+        "Gain on {runs} ({}): position {:.1} → {:.1} mm{heading}; {}{sure}. Noise floor {:.1} mm; by its own intervals the \
          answer was to leave {:.1} mm{account}.",
         gain.held_out,
         1e3 * gain.position_before,
@@ -353,14 +365,14 @@ pub(super) fn ranking(diagnosis: &Diagnosis) -> Grid {
     let shown = &diagnosis.ranking[..diagnosis.ranking.len().min(worth_a_line.clamp(3, MOST_ANSWERS))];
     let common: Vec<&String> = match shown {
         [first, _, ..] => {
-            first.effects.iter().filter(|effect| shown.iter().all(|ranked| ranked.effects.contains(effect))).collect()
+            first.causes.iter().filter(|cause| shown.iter().all(|ranked| ranked.causes.contains(cause))).collect()
         }
         _ => Vec::new(),
     };
     let mut grid = Grid::new("What could explain it", &["causes", "ln evidence", "probability"]);
     for ranked in shown {
         let own: Vec<String> =
-            ranked.effects.iter().filter(|effect| !common.contains(effect)).map(String::clone).collect();
+            ranked.causes.iter().filter(|cause| !common.contains(cause)).map(String::clone).collect();
         let words = match (own.is_empty(), common.is_empty()) {
             (false, _) => own.join(" + "),
             (true, true) => "nothing".to_owned(),
@@ -435,10 +447,15 @@ pub(super) fn brief(value: f64) -> String {
 
 /// Two significant digits.
 pub(super) fn digits(value: f64) -> String {
+    significant(value, 2)
+}
+
+/// So many significant digits, or all before the decimal point.
+fn significant(value: f64, digits: u8) -> String {
     if !value.is_finite() || value == 0.0 {
         return "–".to_owned();
     }
-    let decimals = (1.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
+    let decimals = (f64::from(digits) - 1.0 - value.abs().log10().floor()).clamp(0.0, 9.0) as usize;
     format!("{value:.decimals$}")
 }
 

@@ -138,6 +138,8 @@ struct FindingJson {
 #[derive(Debug, Clone, Serialize)]
 struct RankedJson {
     effects: Vec<String>,
+    /// The same with wheel, side or place.
+    causes: Vec<String>,
     log_evidence: f64,
     probability: f64,
 }
@@ -170,6 +172,24 @@ struct GainJson {
     /// What was to be left after, by the answer's own intervals.
     position_rmse_expected_m: f64,
     held_out: String,
+    /// The same on repeats, where other conditions show no sure gain.
+    on_repeats: Option<Box<GainJson>>,
+}
+
+impl From<&Gain> for GainJson {
+    fn from(gain: &Gain) -> Self {
+        GainJson {
+            position_rmse_before_m: gain.position_before,
+            position_rmse_after_m: gain.position_after,
+            heading_rmse_before_rad: finite(gain.heading_before),
+            heading_rmse_after_rad: finite(gain.heading_after),
+            interval: gain.interval,
+            noise_floor_m: gain.noise_floor,
+            position_rmse_expected_m: gain.position_expected,
+            held_out: gain.held_out.clone(),
+            on_repeats: gain.on_repeats.as_deref().map(|gain| Box::new(GainJson::from(gain))),
+        }
+    }
 }
 
 #[derive(Debug, Clone, Serialize)]
@@ -246,6 +266,7 @@ impl DiagnosisJson {
                 .iter()
                 .map(|r| RankedJson {
                     effects: r.effects.clone(),
+                    causes: r.causes.clone(),
                     log_evidence: r.log_evidence,
                     probability: r.probability,
                 })
@@ -266,16 +287,7 @@ impl DiagnosisJson {
                 separates: next.separates.clone(),
                 expected_sigma: next.expected_sigma,
             }),
-            gain: gain.map(|gain| GainJson {
-                position_rmse_before_m: gain.position_before,
-                position_rmse_after_m: gain.position_after,
-                heading_rmse_before_rad: finite(gain.heading_before),
-                heading_rmse_after_rad: finite(gain.heading_after),
-                interval: gain.interval,
-                noise_floor_m: gain.noise_floor,
-                position_rmse_expected_m: gain.position_expected,
-                held_out: gain.held_out.clone(),
-            }),
+            gain: gain.map(GainJson::from),
             empirical: diagnosis.empirical.iter().map(ToString::to_string).collect(),
             other_tyres: diagnosis
                 .other_tyres

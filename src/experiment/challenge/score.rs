@@ -211,7 +211,7 @@ fn one(
         clean => {
             let mut study = study_of(clean, simulator, options, Some(libraries))?;
             let found = study.diagnose()?;
-            let extended = found.extended(base, study.gain()?.map_or(0.0, |gain| gain.motion_error));
+            let extended = found.extended(base, study.gain().map_or(0.0, |gain| gain.motion_error));
             // A model that was moved by more than responses may err answers causes otherwise.
             let is_near = found.doubt.response < options.response_error[1];
             Some((Simulator::new(&extended, stop), is_near.then_some(libraries)))
@@ -224,7 +224,7 @@ fn one(
     let mut study = study_of(std::slice::from_ref(&draw.dataset), model, options, known)?;
     let diagnosis = study.diagnose()?;
     let seconds = began.elapsed().as_secs_f64();
-    let held_out = study.gain()?;
+    let held_out = study.gain();
     drop(study);
 
     let of_world = Simulator::new(&draw.clean, stop);

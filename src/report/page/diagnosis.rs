@@ -23,7 +23,7 @@ pub fn page(
         more => format!("{more} more conditions are in the recording."),
     };
     let drawn = &conditions[..conditions.len().min(MOST_FIGURES)];
-    let mut beside = vec![words::worth(gain)];
+    let mut beside = words::worth(gain);
     beside.extend(words::notes(diagnosis));
     beside.extend(words::next(diagnosis).map(|next| format!("Next experiment: {next}")));
     let mut notes = vec![capital(words::noise(diagnosis))];
