@@ -45,6 +45,8 @@ pub struct RunReadings {
     pub condition: String,
     /// Whether it was named to be held out.
     pub held_out: bool,
+    /// Surveyed start, in the room.
+    pub start: Pose2,
     /// Stamps by the survey's clock \[s\]; `None`: the end of the run.
     pub stamps: Vec<Option<f64>>,
     /// Surveyed, in the frame of the surveyed start.
@@ -129,6 +131,7 @@ pub(super) fn run_readings(study: &Study<'_>, given: &Study<'_>, at: &[(Axis, f6
                     name: case.name(),
                     condition: study.conditions[cluster.condition].label(),
                     held_out: study.held_out[run],
+                    start: case.run.start.unwrap_or_default(),
                     stamps: case.readings.iter().map(|reading| reading.stamp).collect(),
                     measured,
                     before: read(given, index, (run, &case), &[]),

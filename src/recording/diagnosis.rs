@@ -10,13 +10,14 @@
 //! | `/series/position_residual_mm/{run}/before`, `…/after` | distance of measured and predicted position, of forty runs at most | `time_in_run` |
 //! | `/series/heading_residual_mrad/{run}/before`, `…/after` | measured less predicted heading | `time_in_run` |
 //! | `/by_run/position_residual_mm/before`, `…/after`, `/by_run/heading_residual_mrad/…` | the same of the ends | `run` |
-//! | `/floor`, `/result`, `/how_to_read` | the room, the answer, the words | static |
+//! | `/floor`, `/result`, `/how_to_read` | the room with what was found on its floor, the answer, the words | static |
 
 use super::blueprint::{self, Pane, View};
 use super::look::{self, BELIEF, INK, Rgb, Stage};
 use super::stream::{Path, RUN, Stream, TIMELINE};
 use super::{Area, Recording, RecordingError, lettering, scatter};
 use crate::diagnose::{Diagnosis, RunReadings};
+use crate::effect::Cause;
 use crate::geometry::Pose2;
 use crate::scene::Scene;
 use rerun::external::re_sdk_types::blueprint::components::{ContainerKind, Corner2D};
@@ -33,10 +34,13 @@ const BEFORE: Stage = Stage { index: 0, of: 2 };
 const AFTER: Stage = Stage { index: 1, of: 2 };
 /// Runs that are drawn along the run: more are a thicket, and hundreds keep a viewer from opening.
 const ALONG: usize = 40;
+/// How far a start may be off the room's origin for the room to be drawn under the ways \[m, rad\].
+const ASTRAY: f64 = 0.05;
 /// Readings from which on a way is drawn.
 const WAY: usize = 3;
 
-/// Writes the recording of `diagnosis` to a new file. `title` is of the recording; `result` is markdown for its panel.
+/// Writes the recording of `diagnosis` to a new file. Ways are drawn from their starts; where these are at the room's origin, the
+/// floor is that of the extended `scene`, with what was found on it. `title` is of the recording; `result` is markdown for its panel.
 ///
 /// # Errors
 /// The file exists, or cannot be made or written.
@@ -52,7 +56,10 @@ pub fn diagnosis(
     let logged = runs.iter().any(|run| stamps(run).is_some());
     let layout = layout(title, &area, logged);
     let timeline = if logged { TIMELINE } else { RUN };
-    let stream = Recording::open(path, title, blueprint::messages_of(&layout, timeline, None), scene, &area)?;
+    let at_origin = |run: &RunReadings| run.start.x.hypot(run.start.y) < ASTRAY && run.start.heading.abs() < ASTRAY;
+    let found = if runs.iter().all(at_origin) { &diagnosis.causes[..] } else { &[] };
+    let scene = Cause::edit_all(found, scene);
+    let stream = Recording::open(path, title, blueprint::messages_of(&layout, timeline, None), &scene, &area)?;
     stream.fixed(Path::of(["how_to_read"]), &TextDocument::from_markdown(HOW_TO_READ));
     stream.fixed(Path::of(["result"]), &TextDocument::from_markdown(result));
     for root in ["paths", "one_run"] {
@@ -70,9 +77,10 @@ pub fn diagnosis(
 
 const HOW_TO_READ: &str = "Dark and wide is what was measured, coloured is simulated: **vermillion** counter-clockwise or \
     forward, **blue** clockwise or in reverse, green neither; **pale** by the model as given, **strong** by the extended \
-    one. Where a strong line runs inside the dark one, the extended model is right. Arrows lead from where a run was \
-    predicted to end to where it ended, thin for each run, bold for their mean; the ring is the scale. Timeline \
-    `time_in_run` is for series along a run, of forty at most, `run` for one run at a time and for the ends run by run.";
+    one. Where a strong line runs inside the dark one, the extended model is right. What was found on the floor lies there. \
+    Arrows lead from where a run was predicted to end to where it ended, thin for each run, bold for their mean; the ring is \
+    the scale. Timeline `time_in_run` is for series along a run, of forty at most, `run` for one run at a time and for the ends \
+    run by run.";
 
 /// The colour of what a condition is.
 fn hue(condition: &str) -> Rgb {

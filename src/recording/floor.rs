@@ -11,8 +11,11 @@ use std::f64::consts::TAU;
 
 /// Floor shown around the area \[m\].
 const MARGIN: f64 = 1.0;
-/// Height of letters \[m\].
+/// Height of letters, and length of the arrow downhill, in an area that is wide enough \[m\].
 const LETTERS: f64 = 0.16;
+const ARROW: f64 = 0.6;
+/// Width of an area from which on it is \[m\].
+const WIDE: f64 = 4.0;
 /// Facets of a disc.
 const FACETS: usize = 64;
 
@@ -38,7 +41,8 @@ pub(super) fn draw(stream: &Stream, floor: &Floor, driven: &Area) {
         stream.fixed(root.child("grip"), &regions.into_rerun());
         let words = floor.regions.iter().flat_map(|region| {
             let (centre, half_width) = middle(region);
-            lettering(&format!("GRIP x {}", region.grip_ratio), [centre[0], centre[1] - half_width - 0.1], 0.0)
+            let at = [centre[0], centre[1] - half_width - 0.1];
+            lettering(&format!("GRIP x {:.2}", region.grip_ratio), at, LETTERS, 0.0)
         });
         stream.fixed(root.child("grip_words"), &ink(words));
     }
@@ -50,21 +54,26 @@ pub(super) fn draw(stream: &Stream, floor: &Floor, driven: &Area) {
         stream.fixed(root.child("obstacles"), &obstacles.into_rerun());
     }
     if floor.gradient != 0.0 {
-        let at = [0, 1].map(|axis| driven.min[axis] + 0.75 * (driven.max[axis] - driven.min[axis]));
+        let width = [0, 1].map(|axis| driven.max[axis] - driven.min[axis]);
+        let scale = (width[0].max(width[1]) / WIDE).min(1.0);
+        let at = [0, 1].map(|axis| driven.min[axis] + 0.75 * width[axis]);
         let (sin, cos) = floor.downhill_heading.sin_cos();
-        let arrow = Arrows3D::from_vectors([f32_at([0.6 * cos, 0.6 * sin], 0.0)])
+        let arrow = Arrows3D::from_vectors([f32_at([cos, sin].map(|part| scale * ARROW * part), 0.0)])
             .with_origins([f32_at(at, 0.01)])
-            .with_radii([look::metres(0.025)])
+            .with_radii([look::metres(0.025 * scale as f32)])
             .with_colors([INK]);
         stream.fixed(root.child("downhill"), &arrow);
-        let words = lettering(&format!("FALLS {:.1} %", 100.0 * floor.gradient), [at[0] - 0.25, at[1]], 0.7);
+        // On the arrow's other side where it points at the reader.
+        let beside = [at[0] + if cos < -0.5 { 0.25 } else { -0.25 } * scale, at[1]];
+        let words = lettering(&format!("FALLS {:.1} %", 100.0 * floor.gradient), beside, scale * LETTERS, 0.7);
         stream.fixed(root.child("downhill_words"), &ink(words));
     }
 }
 
-/// Letters on the floor, to be read from behind the start; `at` lies on their middle line \[m\], this share of it from the left.
-fn lettering(text: &str, at: [f64; 2], share: f64) -> Vec<LineStrip3D> {
-    let lines = lettering::lines(text, [0.0; 2], LETTERS, share);
+/// Letters of this `height` on the floor, to be read from behind the start; `at` lies on their middle line \[m\], this share of it
+/// from the left.
+fn lettering(text: &str, at: [f64; 2], height: f64, share: f64) -> Vec<LineStrip3D> {
+    let lines = lettering::lines(text, [0.0; 2], height, share);
     let on_floor = |[right, up]: [f64; 2]| f32_at([at[0] + up, at[1] - right], 4e-3);
     lines.into_iter().map(|line| LineStrip3D::from_iter(line.into_iter().map(on_floor))).collect()
 }

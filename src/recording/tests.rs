@@ -7,6 +7,7 @@ use super::*;
 use crate::dataset::Rotation;
 use crate::diagnose::{Diagnosis, Misfit, NoiseModel, RunReadings, Verdict};
 use crate::drive::{CELLS_ACROSS, CELLS_ALONG, Observer, PatchSnapshot, Snapshot, WheelSnapshot};
+use crate::effect::{Cause, Effect};
 use crate::geometry::Pose2;
 use crate::scene::{Placement, Survey};
 use nalgebra::Translation3;
@@ -251,14 +252,16 @@ fn diagnosed() -> Diagnosis {
             name: format!("lab/{name}"),
             condition: condition.to_owned(),
             held_out: false,
+            start: Pose2::IDENTITY,
             stamps: (0..readings).map(|index| on_the_way.then_some(100.0 + index as f64)).collect(),
             measured: (0..readings).map(|index| Pose2::new(x(index), sign * 0.02, 0.0).into()).collect(),
             before: (0..readings).map(|index| Pose2::new(x(index), 0.0, 0.0)).collect(),
             after: (0..readings).map(|index| Pose2::new(x(index), sign * 0.019, 0.0)).collect(),
         }
     };
+    let spot = Effect::named("floor_grip_patch").unwrap();
     Diagnosis {
-        verdict: Verdict::Explained,
+        verdict: Verdict::Named,
         misfit: Misfit { chi2: 0.0, dof: 0, p_value: 1.0, conditions: Vec::new() },
         findings: Vec::new(),
         ranking: Vec::new(),
@@ -268,7 +271,7 @@ fn diagnosed() -> Diagnosis {
         clocks: Vec::new(),
         suspicion: None,
         transient: None,
-        causes: Vec::new(),
+        causes: vec![Cause { values: vec![0.5, 0.0, 0.3, 0.5], ..spot.nothing() }],
         empirical: Vec::new(),
         other_tyres: None,
         doubt: crate::scene::Doubt::default(),
@@ -316,7 +319,7 @@ fn a_diagnosis_holds_what_the_docs_promise() {
             assert_eq!(rows(&format!("/by_run/{series}/{stage}")), 3 + 1);
         }
     }
-    for entity in ["/result", "/how_to_read", "/floor/plane"] {
+    for entity in ["/result", "/how_to_read", "/floor/plane", "/floor/grip"] {
         assert_eq!(rows(entity), 1, "{entity}");
     }
     assert!(!contents.series_names.is_empty());
