@@ -81,7 +81,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let mut study = Study::new(&datasets, &hold_out, &simulator, options, None, &progress)?;
     let found = study.diagnose()?;
-    let gain = study.gain();
+    let gain = study.gain_or_repeats();
     bar.finish_and_clear();
 
     let folder = output::folder(arguments.out.as_deref(), "diagnosis")?;

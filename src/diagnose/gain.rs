@@ -37,7 +37,8 @@ pub struct Gain {
     pub motion_error: f64,
     /// What was held out, in words.
     pub held_out: String,
-    /// The same on repeats, where no other condition shows a sure gain of what was found: a spot in one path is in no other.
+    /// The same on repeats, of [`Study::gain_or_repeats`], where no other condition shows a sure gain of what was found: a spot in
+    /// one path is in no other.
     pub on_repeats: Option<Box<Gain>>,
 }
 
@@ -112,17 +113,22 @@ fn halves(study: &Study<'_>) -> Vec<Vec<usize>> {
     halves
 }
 
-/// Held-out errors of the runs that were named, else of other conditions, and of repeats where that is not sure; `None` where
-/// nothing can be held out.
+/// Held-out errors of the runs that were named, else of other conditions; `None` where nothing can be held out.
 pub(super) fn gain(study: &mut Study<'_>) -> Option<Gain> {
     let named: Vec<usize> = (0..study.cases.len()).filter(|&run| study.held_out[run]).collect();
     if !named.is_empty() {
         return measure(study, &[named], "the runs that were named to be held out".to_owned(), true);
     }
     let (folds, words) = folds(study);
-    let mut gain = measure(study, &folds, words, false)?;
+    measure(study, &folds, words, false)
+}
+
+/// The same, and held-out errors of repeats where no runs were named, something was found, and other conditions show no sure gain.
+pub(super) fn gain_or_repeats(study: &mut Study<'_>) -> Option<Gain> {
+    let mut gain = gain(study)?;
+    let is_named = study.held_out.contains(&true);
     let finds = |study: &Study<'_>| study.answer.as_ref().is_some_and(|answer| !answer.at.is_empty());
-    if gain.sure() == 0.0 && (finds(study) || study.on_other_tyres.as_deref().is_some_and(finds)) {
+    if !is_named && gain.sure() == 0.0 && (finds(study) || study.on_other_tyres.as_deref().is_some_and(finds)) {
         let words = "each half of the runs of a kind predicted from the other half".to_owned();
         gain.on_repeats = measure(study, &halves(study), words, false).map(Box::new);
     }

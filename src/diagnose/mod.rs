@@ -431,6 +431,11 @@ impl<'m> Study<'m> {
         gain::gain(self)
     }
 
+    /// The same, with what it is worth on repeats where those runs do not show it.
+    pub fn gain_or_repeats(&mut self) -> Option<Gain> {
+        gain::gain_or_repeats(self)
+    }
+
     /// Variants of the catalogue.
     fn known_variants(&self) -> Vec<usize> {
         (0..self.variants.len()).filter(|&index| self.variants[index].is_cause()).collect()

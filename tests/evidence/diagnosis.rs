@@ -565,7 +565,7 @@ fn spots_are_found_where_they_are() {
         // However finely it was looked for, one place is one answer.
         let answers = &found.ranking;
         assert!(answers.iter().all(|one| answers.iter().filter(|other| one.causes == other.causes).count() == 1));
-        let gain = study.gain().expect("two sizes of squares");
+        let gain = study.gain_or_repeats().expect("two sizes of squares");
         ((parameters[0].value - x).hypot(parameters[1].value - y), off.abs(), off_sigma.abs(), gain)
     };
     let mut library = None;
@@ -761,7 +761,7 @@ fn runs_held_out_do_not_change_the_answer_and_judge_it() {
         (diagnosis, study.gain().expect("it has two shapes"))
     };
     let ranking = |diagnosis: &Diagnosis| -> Vec<(Vec<String>, u64)> {
-        diagnosis.ranking.iter().map(|it| (it.effects.clone(), it.log_evidence.to_bits())).collect()
+        diagnosis.ranking.iter().map(|it| (it.causes.clone(), it.log_evidence.to_bits())).collect()
     };
     let ((alone, _), (with, gain)) = (diagnosed(&[]), diagnosed(&[more]));
     assert_eq!(ranking(&alone), ranking(&with));
@@ -798,7 +798,7 @@ fn thin_data_say_little() {
         let found = study.diagnose().expect("it can be diagnosed");
         assert_eq!(found.verdict, Verdict::Explained, "{what}: {:?}", found.findings);
         assert!(!found.blind_to.is_empty());
-        let _ = study.gain();
+        let _ = study.gain_or_repeats();
     }
     let mut none = whole;
     for run in &mut none.runs {
