@@ -63,7 +63,6 @@ use nalgebra::DVector;
 use shapes::Shapes;
 use std::sync::OnceLock;
 use surrogate::{Candidates, Surrogate};
-use tyres::OtherLaw;
 use variant::{TyrePart, Variant};
 
 /// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
@@ -97,11 +96,19 @@ pub struct Options {
     pub noise: Option<NoiseModel>,
     /// Whether wheels may meet the ground by another law than the model's, where the model is far off.
     pub other_tyres: bool,
+    /// Whether to look for the run that would settle what these data leave open.
+    pub next_experiment: bool,
 }
 
 impl Default for Options {
     fn default() -> Self {
-        Options { most_causes: 8, response_error: response_error::RESPONSE_ERROR, noise: None, other_tyres: true }
+        Options {
+            most_causes: 8,
+            response_error: response_error::RESPONSE_ERROR,
+            noise: None,
+            other_tyres: true,
+            next_experiment: true,
+        }
     }
 }
 
@@ -382,17 +389,22 @@ impl<'m> Study<'m> {
     /// The best answer cannot be simulated.
     pub fn diagnose(&mut self) -> Result<Diagnosis, DiagnoseError> {
         let mut own = self.first_look(&self.known_variants());
-        let other = self.other_law(&own).and_then(|OtherLaw { study: mut other, is_sure }| {
-            let first = other.first_look(&other.known_variants());
-            // What cannot be driven where it is best is no answer.
-            Some((other.refined(first).ok()?, other, is_sure))
-        });
-        let is_sure = matches!(other, Some((.., true)));
+        let glance = self.glance_at_other_law(&own);
+        let is_sure = glance.as_ref().is_some_and(|glance| glance.is_sure);
         if !is_sure {
             own = self.refined(own)?;
         }
+        let glance = glance.filter(|glance| is_sure || !self.stands_alone(&own, glance));
+        let other = glance.and_then(|_| self.under_the_other_law()).and_then(|mut other| {
+            let first = other.first_look(&other.known_variants());
+            // What cannot be driven where it is best is no answer.
+            Some((other.refined(first).ok()?, other))
+        });
+        if is_sure && other.is_none() {
+            own = self.refined(own)?;
+        }
         let mut answer = self.answer_of(&own);
-        let Some((theirs, mut other, _)) = other else {
+        let Some((theirs, mut other)) = other else {
             self.answer = Some(answer);
             return self.judge(self, &own);
         };
@@ -422,7 +434,9 @@ impl<'m> Study<'m> {
     /// What is said of a ranking, and of the model as `given`.
     fn judge(&self, given: &Study<'_>, ranking: &search::Ranking) -> Result<Diagnosis, DiagnoseError> {
         let mut diagnosis = verdict::judge(self, given, ranking)?;
-        diagnosis.next_experiment = self.next_experiment(ranking, &diagnosis)?;
+        if self.options.next_experiment {
+            diagnosis.next_experiment = self.next_experiment(ranking, &diagnosis)?;
+        }
         Ok(diagnosis)
     }
 

@@ -3,7 +3,8 @@
 //! A rubber tyre on its patch and a hard wheel on its edges answer the same causes otherwise, and no coordinate leads from the
 //! one to the other: friction can give a patch the track of a rigid cylinder, but then a load turns the robot two and a half
 //! times as far. So where a model has to be moved by more than its responses may err, and the causes that make it right do not
-//! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. What
+//! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. One cause
+//! that leaves nothing but noise need not be asked again: there it takes a cause as well, and another law besides. What
 //! goes by a name of the catalogue then is the class `effective_track`.
 
 use super::blind::SHOWN;
@@ -22,6 +23,8 @@ const ANOTHER: f64 = 0.03;
 const SLACK: f64 = 50.0;
 /// ln of the odds by which they have to do better there for what serves here not to be worth a closer look.
 const SURE: f64 = 30.0;
+/// ln of the odds by which the few causes that were tried there have to do worse for one that serves here to stand.
+const CLEARLY: f64 = 8.0;
 /// The class that stands for whatever makes the track.
 const CLASS: &str = "effective_track";
 
@@ -34,18 +37,20 @@ pub struct OtherTyres {
     pub log_odds: f64,
 }
 
-/// The same runs under the other law.
-pub(super) struct OtherLaw<'m> {
-    pub study: Box<Study<'m>>,
-    /// Whether the causes that serve here serve so much better there, also than a formula does here, that what they leave here
-    /// is not worth a closer look.
+/// A first look at the same runs under the other law.
+pub(super) struct Glance {
+    /// What the causes that serve here weigh there, with any track.
+    theirs: f64,
+    /// Whether they serve so much better there, also than a formula does here, that what they leave here is not worth a closer
+    /// look.
     pub is_sure: bool,
 }
 
 impl<'m> Study<'m> {
-    /// The same runs under the other law, where the best answer moves the model by more than responses may err or leaves much,
-    /// its causes, with any track, do not do clearly worse there, and a formula that leaves nothing not clearly better here.
-    pub(super) fn other_law(&self, own: &Ranking) -> Option<OtherLaw<'m>> {
+    /// How the other law does with the causes of the best answer, where that moves the model by more than responses may err or
+    /// leaves much; `None` where it is not worth a look: they do clearly worse there, or a formula that leaves nothing clearly
+    /// better here.
+    pub(super) fn glance_at_other_law(&self, own: &Ranking) -> Option<Glance> {
         let best = own.best();
         let is_far = || {
             verdict::correction(self, &best.fit.at) > self.options.response_error[1] || verdict::leaves_much(self, best)
@@ -74,10 +79,23 @@ impl<'m> Study<'m> {
                 return None;
             }
         }
+        Some(Glance { theirs, is_sure: odds > SURE })
+    }
+
+    /// Whether an answer stands against the other law: one cause that leaves nothing but noise. There it takes another cause as
+    /// well, and another law besides.
+    pub(super) fn stands_alone(&self, own: &Ranking, there: &Glance) -> bool {
+        let best = own.best();
+        let parts = best.set.iter().filter(|&&index| self.variants[index].is_cause() || self.variants[index].is_term());
+        let odds = odds_by(self.weight(best), there.theirs);
+        parts.count() <= 1 && odds < -CLEARLY && verdict::leaves_noise(self, best)
+    }
+
+    /// The same runs under the other law; `None` where they cannot be simulated.
+    pub(super) fn under_the_other_law(&self) -> Option<Box<Study<'m>>> {
         let known = self.other_library.and_then(|known| self.under_the_other(Candidates::All(Some(known))).ok());
         let known = known.filter(|study| study.may_carry());
-        let study = known.map_or_else(|| self.under_the_other(Candidates::All(None)), Ok).ok()?;
-        Some(OtherLaw { study: Box::new(study), is_sure: odds > SURE })
+        known.map_or_else(|| self.under_the_other(Candidates::All(None)), Ok).ok().map(Box::new)
     }
 
     fn under_the_other(&self, candidates: Candidates<'_>) -> Result<Study<'m>, ForwardError> {

@@ -24,6 +24,8 @@ pub(super) const CONVINCING: f64 = 1.5;
 const MUCH: f64 = 2.0;
 /// … and the chance below which that is no noise.
 const HARDLY: f64 = 1e-6;
+/// Chance from which on what is left may be noise.
+const NO_NOISE: f64 = 1e-3;
 /// Share of a misfit that causes have to take away to be named where a formula takes away the rest.
 const MOST: f64 = 0.9;
 /// Effects that the class `effective_track` stands for.
@@ -240,20 +242,39 @@ pub(super) fn correction(study: &Study<'_>, at: &[(Axis, f64)]) -> f64 {
 
 /// Whether an answer leaves so much of the runs' means, against what runs of one kind stray by, that it is none.
 pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
-    // Readings of all runs that count, and of one of each kind.
-    let (mut all, mut of_means) = (0, 0);
-    for cluster in &study.clusters {
-        let readings = study.observed[cluster.reference].len();
-        let runs = cluster.active(&study.counts).count();
-        all += runs * readings;
-        of_means += runs.min(1) * readings;
+    let left = Left::of(study, best);
+    left.of_means > MUCH && left.chance < HARDLY
+}
+
+/// Whether it leaves no more than noise makes, as far as repeats tell.
+pub(super) fn leaves_noise(study: &Study<'_>, best: &Hypothesis) -> bool {
+    study.repeats() && Left::of(study, best).chance > NO_NOISE
+}
+
+/// What an answer leaves of the runs' means.
+struct Left {
+    /// Variance over what noise makes of it.
+    of_means: f64,
+    /// Chance that noise makes so much.
+    chance: f64,
+}
+
+impl Left {
+    fn of(study: &Study<'_>, best: &Hypothesis) -> Left {
+        // Readings of all runs that count, and of one of each kind.
+        let (mut all, mut of_means) = (0, 0);
+        for cluster in &study.clusters {
+            let readings = study.observed[cluster.reference].len();
+            let runs = cluster.active(&study.counts).count();
+            all += runs * readings;
+            of_means += runs.min(1) * readings;
+        }
+        let freedom = of_means as f64;
+        let left = (best.fit.left - best.fit.strays) * study.discrepancy / freedom;
+        // The noise is known as well as repeated runs tell it, which for end points is not well.
+        let of_repeats = (all - of_means) as f64;
+        Left { of_means: left, chance: FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left)) }
     }
-    let freedom = of_means as f64;
-    let left = (best.fit.left - best.fit.strays) * study.discrepancy;
-    // The noise is known as well as repeated runs tell it, which for end points is not well.
-    let of_repeats = (all - of_means) as f64;
-    let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left / freedom));
-    left > MUCH * freedom && chance < HARDLY
 }
 
 /// Errors that are made good by a run's end, under which what an answer leaves is likeliest; `None` where they say little that

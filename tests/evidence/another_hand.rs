@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use std::f64::consts::{FRAC_PI_2, TAU};
+use std::sync::OnceLock;
 use treadmark::dataset::{Campaign, Dataset, EncoderLog, EncoderUnit, PoseLog, Protocol, Rotation, Run, SurveyFacts};
 use treadmark::diagnose::Found;
 use treadmark::experiment::Simulator;
@@ -42,6 +43,9 @@ struct Stops {
     coast: f64,
     stand: f64,
 }
+
+/// They go on at once, and wait for a second.
+const QUICK: Stops = Stops { overrun: 0.03, coast: 0.1, stand: 1.0 };
 
 struct Robot {
     rng: ChaCha8Rng,
@@ -172,15 +176,21 @@ fn shipped() -> Scene {
     Scene { time_step: Simulator::TIME_STEP, ..Scene::load("optiodom", "lab_floor").expect("shipped") }
 }
 
+/// The shipped model, extended on a campaign of the robot without any overrun.
+fn known() -> &'static Scene {
+    static KNOWN: OnceLock<Scene> = OnceLock::new();
+    KNOWN.get_or_init(|| diagnosed(&shipped(), &campaign(0, Stops { overrun: 0.0, ..QUICK })).extended(&shipped(), 0.0))
+}
+
 /// Wheels go on by 0.03 rad as soon as they have stopped: quickly, and wait for a second; or slowly, and go on at once. No
 /// log tells which. The model knows the robot from a campaign without.
 #[test]
 fn an_overrun_is_found_however_wheels_coast() {
-    let quick = Stops { overrun: 0.03, coast: 0.1, stand: 1.0 };
+    let quick = QUICK;
     let slow = Stops { coast: 0.4, stand: 0.0, ..quick };
-    let model = diagnosed(&shipped(), &campaign(0, Stops { overrun: 0.0, ..quick })).extended(&shipped(), 0.0);
+    let model = known();
     for (first, stops) in [(100, quick), (200, slow)] {
-        let found = diagnosed(&model, &campaign(first, stops));
+        let found = diagnosed(model, &campaign(first, stops));
         let [overrun] = &found.findings[..] else { panic!("{:#?}", found.findings) };
         assert_eq!((overrun.effect, &overrun.confounded_with[..]), ("stop_overrun", &[][..]));
         let angle = overrun.parameters[0];
@@ -193,8 +203,8 @@ fn an_overrun_is_found_however_wheels_coast() {
 /// blurs the other's, and what the robot does on both is found beside them.
 #[test]
 fn each_campaign_has_clocks_of_its_own() {
-    let stops = Stops { overrun: 0.03, coast: 0.1, stand: 1.0 };
-    let model = diagnosed(&shipped(), &campaign(0, Stops { overrun: 0.0, ..stops })).extended(&shipped(), 0.0);
+    let stops = QUICK;
+    let model = known();
     let days = [("one day", 300, -0.06), ("another", 400, 0.09)].map(|(name, first, offset)| {
         let mut day = campaign(first, stops);
         day.campaign.name = name.into();
@@ -202,7 +212,7 @@ fn each_campaign_has_clocks_of_its_own() {
         logs.flat_map(|log| &mut log.time).for_each(|stamp| *stamp += offset);
         (day, offset)
     });
-    let found = diagnosed_together(&model, &days.each_ref().map(|(day, _)| day.clone()));
+    let found = diagnosed_together(model, &days.each_ref().map(|(day, _)| day.clone()));
     let mut names: Vec<&str> = found.findings.iter().map(|finding| finding.effect).collect();
     names.sort_unstable();
     assert_eq!(names, ["stop_overrun", "survey_time_offset"], "{:#?}", found.findings);

@@ -3,7 +3,7 @@
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use treadmark::dataset::{Dataset, Protocol, Run};
 use treadmark::diagnose::{
-    DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Options, RunReadings, Study, Verdict,
+    DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Library, Options, RunReadings, Study, Verdict,
 };
 use treadmark::drive::{self, Task};
 use treadmark::effect::{Cause, Effect};
@@ -70,15 +70,11 @@ fn off(finding: &Finding, truth: f64) -> f64 {
 #[test]
 fn a_cause_is_suspected_before_it_is_named() {
     let given = base();
-    let simulator = Simulator::new(&given, &GO_ON);
     let (mut stages, mut library) = (Vec::new(), None);
     for step in 0..8 {
         let larger = cause("wheel_diameter_mismatch", 5e-4 * 1.15_f64.powi(step));
         let dataset = small(squares(&larger.edit(&given), &given, DataKind::EndPoints, 5));
-        let study = Study::new(&[dataset], &[], &simulator, Options::default(), library.as_ref(), &|_, _| {});
-        let mut study = study.expect("it is data");
-        let found = study.diagnose().expect("it can be diagnosed");
-        library.get_or_insert_with(|| study.library());
+        let found = diagnosed_knowing(&given, &dataset, &mut library);
         let stage = match (found.verdict, &found.suspicion, &found.next_experiment) {
             (Verdict::Explained, None, None) => 0,
             (Verdict::Explained, Some(suspicion), Some(next)) => {
@@ -218,10 +214,11 @@ fn a_model_in_doubt_blames_nothing_for_so_little() {
     let cause = Cause { values: vec![0.006], ..Effect::named("effective_track").expect("known").nothing() };
     let given = base();
     let dataset = squares(&cause.edit(&given), &given, DataKind::EndPoints, 9);
-    let verdict = |doubt: Doubt| {
+    let mut library = None;
+    let mut verdict = |doubt: Doubt| {
         let mut scene = given.clone();
         scene.robot.doubt = doubt;
-        diagnosed(&scene, &dataset).verdict
+        diagnosed_knowing(&scene, &dataset, &mut library).verdict
     };
     // On closed squares a track and a scale are hardly told apart; one of them it is.
     assert!(matches!(verdict(Doubt::default()), Verdict::Named | Verdict::Ambiguous));
@@ -258,10 +255,11 @@ fn errors_that_are_made_good_are_no_causes_where_the_model_says_so() {
     for run in &mut dataset.runs {
         sway(run, 0.006);
     }
-    let under = |doubt: Doubt| {
+    let mut library = None;
+    let mut under = |doubt: Doubt| {
         let mut scene = given.clone();
         scene.robot.doubt = doubt;
-        diagnosed(&scene, &dataset)
+        diagnosed_knowing(&scene, &dataset, &mut library)
     };
     let sure = under(Doubt::default());
     assert_eq!(sure.verdict, Verdict::Unexplained, "{:#?}", sure.ranking);
@@ -351,6 +349,16 @@ pub fn diagnosed(model: &Scene, dataset: &Dataset) -> Diagnosis {
     diagnosed_together(model, std::slice::from_ref(dataset))
 }
 
+/// The same by responses of its runs that are known, or are from now on.
+fn diagnosed_knowing(model: &Scene, dataset: &Dataset, library: &mut Option<Library>) -> Diagnosis {
+    let simulator = Simulator::new(model, &GO_ON);
+    let data = std::slice::from_ref(dataset);
+    let study = Study::new(data, &[], &simulator, Options::default(), library.as_ref(), &|_, _| {});
+    let mut study = study.expect("it is data");
+    library.get_or_insert_with(|| study.library());
+    study.diagnose().expect("it can be diagnosed")
+}
+
 /// What a model says of several.
 pub fn diagnosed_together(model: &Scene, datasets: &[Dataset]) -> Diagnosis {
     let simulator = Simulator::new(model, &GO_ON);
@@ -386,9 +394,9 @@ impl Moved {
         Moved { model: cause("effective_track", actual / believed - 1.0).edit(&given), world }
     }
 
-    /// Squares with logs of the robot with these causes, and nothing else, at work.
+    /// Squares of 2 m with logs of the robot with these causes, and nothing else, at work.
     fn drive(&self, causes: &[Cause]) -> Dataset {
-        squares(&Cause::edit_all(causes, &self.world), &self.model, DataKind::Logs, 42)
+        small(squares(&Cause::edit_all(causes, &self.world), &self.model, DataKind::Logs, 42))
     }
 
     /// How far it was moved, as it would say itself.
@@ -396,11 +404,14 @@ impl Moved {
         Doubt { response: 0.2, effective_track: 0.01, ..Doubt::default() }.of_usual_tyres()
     }
 
-    /// What the model finds if it is in such doubt.
-    fn findings(&self, dataset: &Dataset, doubt: Doubt) -> Vec<Finding> {
-        let mut model = self.model.clone();
-        model.robot.doubt = doubt;
-        diagnosed(&model, dataset).findings
+    /// What the model finds if it is in each such doubt.
+    fn findings<const N: usize>(&self, dataset: &Dataset, doubts: [Doubt; N]) -> [Vec<Finding>; N] {
+        let mut library = None;
+        doubts.map(|doubt| {
+            let mut model = self.model.clone();
+            model.robot.doubt = doubt;
+            diagnosed_knowing(&model, dataset, &mut library).findings
+        })
     }
 }
 
@@ -411,11 +422,10 @@ fn a_model_that_was_moved_finds_causes_that_act_otherwise() {
     const LOAD: f64 = -0.015;
     let moved = Moved::new();
     let dataset = moved.drive(&[cause("load_offset_longitudinal", LOAD)]);
-    let in_doubt = moved.findings(&dataset, Moved::in_doubt());
+    let [in_doubt, sure] = moved.findings(&dataset, [Moved::in_doubt(), Doubt::default()]);
     assert_eq!(in_doubt.len(), 1, "{in_doubt:#?}");
     assert_eq!(in_doubt[0].effect, "load_offset_longitudinal");
     assert!(off(&in_doubt[0], LOAD).abs() < 3.0, "{in_doubt:#?}");
-    let sure = moved.findings(&dataset, Doubt::default());
     assert!(sure.len() > 1 || sure.iter().any(|finding| off(finding, LOAD).abs() > 3.0), "{sure:#?}");
 }
 
@@ -431,11 +441,10 @@ fn a_model_that_was_moved_does_not_know_where_a_cause_moves_the_centre_of_rotati
     };
     let unequal = moved.drive(&[cause("wheel_diameter_mismatch", 0.006), centre(-0.008)]);
     let names = |findings: &[Finding]| findings.iter().map(|finding| finding.effect).collect::<Vec<_>>();
-    let in_doubt = moved.findings(&unequal, Moved::in_doubt());
+    let [in_doubt, sure] = moved.findings(&unequal, [Moved::in_doubt(), Doubt::default()]);
     assert_eq!(names(&in_doubt), ["wheel_diameter_mismatch"], "{in_doubt:#?}");
-    let sure = moved.findings(&unequal, Doubt::default());
     assert!(names(&sure).contains(&"survey_lever_arm"), "{sure:#?}");
-    let off = moved.findings(&moved.drive(&[centre(-0.04)]), Moved::in_doubt());
+    let [off] = moved.findings(&moved.drive(&[centre(-0.04)]), [Moved::in_doubt()]);
     assert_eq!(names(&off), ["survey_lever_arm"], "{off:#?}");
     assert!(off[0].confounded_with.is_empty(), "{off:#?}");
 }
@@ -445,13 +454,11 @@ fn a_model_that_was_moved_does_not_know_where_a_cause_moves_the_centre_of_rotati
 #[test]
 fn a_load_is_found_on_the_side_that_it_is_on() {
     let given = base();
-    let simulator = Simulator::new(&given, &GO_ON);
+    let mut library = None;
     for load in [-0.025, 0.025] {
         let world = cause("load_offset_longitudinal", load).edit(&given);
         let dataset = small(squares(&world, &given, DataKind::EndPoints, 44));
-        let mut study =
-            Study::new(&[dataset], &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
-        let found = study.diagnose().expect("it can be diagnosed");
+        let found = diagnosed_knowing(&given, &dataset, &mut library);
         let finding = found.findings.first().expect("it is something");
         assert_eq!(finding.effect, "load_offset_longitudinal", "{:#?}", found.ranking);
         assert!(off(finding, load).abs() < 4.0, "{finding:?}, off by {:.1} σ", off(finding, load));
@@ -465,15 +472,13 @@ fn a_load_is_found_on_the_side_that_it_is_on() {
 #[test]
 fn causes_that_are_far_larger_than_plausible_are_named() {
     let given = base();
-    let simulator = Simulator::new(&given, &GO_ON);
+    let mut library = None;
     for (effect, size) in
         [("wheel_diameter_mismatch", 0.05), ("load_offset_longitudinal", -0.08), ("load_offset_lateral", 0.06)]
     {
         let world = cause(effect, size).edit(&given);
         let dataset = small(squares(&world, &given, DataKind::EndPoints, 46));
-        let mut study =
-            Study::new(&[dataset], &[], &simulator, Options::default(), None, &|_, _| {}).expect("it is data");
-        let found = study.diagnose().expect("it can be diagnosed").findings;
+        let found = diagnosed_knowing(&given, &dataset, &mut library).findings;
         let effects: Vec<&str> = found.iter().map(|finding| finding.effect).collect();
         assert_eq!(effects, [effect], "{found:#?}");
         assert!(off(&found[0], size).abs() < 3.0, "{found:#?}");
@@ -599,12 +604,7 @@ fn a_model_that_was_fitted_does_not_know_friction() {
     let mut off_by = |doubt: Doubt| {
         let mut model = given.clone();
         model.robot.doubt = doubt;
-        let simulator = Simulator::new(&model, &GO_ON);
-        let data = std::slice::from_ref(&dataset);
-        let mut study =
-            Study::new(data, &[], &simulator, Options::default(), library.as_ref(), &|_, _| {}).expect("it is data");
-        library.get_or_insert_with(|| study.library());
-        let found = study.diagnose().expect("it can be diagnosed").findings;
+        let found = diagnosed_knowing(&model, &dataset, &mut library).findings;
         let effects: Vec<&str> = found.iter().map(|finding| finding.effect).collect();
         assert_eq!(effects, ["floor_slope"], "{found:#?}");
         off(&found[0], GRADIENT).abs()
@@ -624,10 +624,12 @@ fn hard_wheels_are_told_from_patches() {
     let hard = Scene { contact: Contact::Rigid, ..base() };
     let dataset = small(squares(&cause("load_offset_longitudinal", LOAD).edit(&hard), &given, DataKind::Logs, 43));
     let simulator = Simulator::new(&given, &GO_ON);
-    let diagnosed = |other_tyres: bool| {
+    let mut library = None;
+    let mut diagnosed = |other_tyres: bool| {
         let options = Options { other_tyres, most_causes: 3, ..Options::default() };
-        let mut study =
-            Study::new(std::slice::from_ref(&dataset), &[], &simulator, options, None, &|_, _| {}).expect("it is data");
+        let data = std::slice::from_ref(&dataset);
+        let mut study = Study::new(data, &[], &simulator, options, library.as_ref(), &|_, _| {}).expect("it is data");
+        library.get_or_insert_with(|| study.library());
         study.diagnose().expect("it can be diagnosed")
     };
     let free = diagnosed(true);

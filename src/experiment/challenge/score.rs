@@ -261,6 +261,8 @@ fn study_of<'m>(
 ) -> Result<Study<'m>, DiagnoseError> {
     let contact = model.scene().contact;
     let [known, other] = [contact, contact.other()].map(|contact| known.and_then(|known| known.on(contact)));
+    // Nobody drives what would settle a draw.
+    let options = Options { next_experiment: false, ..options.clone() };
     let of = |known| Study::new(datasets, &[], model, options.clone(), known, &|_, _| {});
     let study = of(known)?;
     let study = if known.is_some() && !study.may_carry() { of(None)? } else { study };
