@@ -397,8 +397,9 @@ impl<'m> Study<'m> {
         let glance = glance.filter(|glance| is_sure || !self.stands_alone(&own, glance));
         let other = glance.and_then(|_| self.under_the_other_law()).and_then(|mut other| {
             let first = other.first_look(&other.known_variants());
+            let is_open = is_sure || !self.stands_against(&own, &other, &first);
             // What cannot be driven where it is best is no answer.
-            Some((other.refined(first).ok()?, other))
+            is_open.then(|| other.refined(first).ok()).flatten().map(|theirs| (theirs, other))
         });
         if is_sure && other.is_none() {
             own = self.refined(own)?;

@@ -4,7 +4,8 @@
 //! one to the other: friction can give a patch the track of a rigid cylinder, but then a load turns the robot two and a half
 //! times as far. So where a model has to be moved by more than its responses may err, and the causes that make it right do not
 //! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. One cause
-//! that leaves nothing but noise need not be asked again: there it takes a cause as well, and another law besides. What
+//! that leaves nothing but noise need not be asked again: there it takes a cause as well, and another law besides. And where a
+//! first look there leaves too little to be made up for, there is no second one. What
 //! goes by a name of the catalogue then is the class `effective_track`.
 
 use super::blind::SHOWN;
@@ -23,7 +24,7 @@ const ANOTHER: f64 = 0.03;
 const SLACK: f64 = 50.0;
 /// ln of the odds by which they have to do better there for what serves here not to be worth a closer look.
 const SURE: f64 = 30.0;
-/// ln of the odds by which the few causes that were tried there have to do worse for one that serves here to stand.
+/// ln of the odds by which what was tried there has to do worse for what serves here to stand.
 const CLEARLY: f64 = 8.0;
 /// The class that stands for whatever makes the track.
 const CLASS: &str = "effective_track";
@@ -89,6 +90,14 @@ impl<'m> Study<'m> {
         let parts = best.set.iter().filter(|&&index| self.variants[index].is_cause() || self.variants[index].is_term());
         let odds = odds_by(self.weight(best), there.theirs);
         parts.count() <= 1 && odds < -CLEARLY && verdict::leaves_noise(self, best)
+    }
+
+    /// Whether an answer here stands, whatever a closer look at those of another law would take away of what they leave by a
+    /// first one.
+    pub(super) fn stands_against(&self, own: &Ranking, other: &Study<'_>, theirs: &Ranking) -> bool {
+        let (own, theirs) = (self.weight(own.best()), theirs.best());
+        let left = 0.5 * verdict::left_of_means(other, theirs);
+        other.repeats() && odds_by(own, other.weight(theirs) + left) < -CLEARLY
     }
 
     /// The same runs under the other law; `None` where they cannot be simulated.

@@ -251,6 +251,11 @@ pub(super) fn leaves_noise(study: &Study<'_>, best: &Hypothesis) -> bool {
     study.repeats() && Left::of(study, best).chance > NO_NOISE
 }
 
+/// Σ of squares that an answer leaves of the runs' means, each over its variance.
+pub(super) fn left_of_means(study: &Study<'_>, answer: &Hypothesis) -> f64 {
+    (answer.fit.left - answer.fit.strays) * study.discrepancy
+}
+
 /// What an answer leaves of the runs' means.
 struct Left {
     /// Variance over what noise makes of it.
@@ -270,7 +275,7 @@ impl Left {
             of_means += runs.min(1) * readings;
         }
         let freedom = of_means as f64;
-        let left = (best.fit.left - best.fit.strays) * study.discrepancy / freedom;
+        let left = left_of_means(study, best) / freedom;
         // The noise is known as well as repeated runs tell it, which for end points is not well.
         let of_repeats = (all - of_means) as f64;
         Left { of_means: left, chance: FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left)) }

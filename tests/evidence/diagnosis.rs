@@ -181,7 +181,7 @@ fn neither_a_list_of_causes_nor_other_tyres_are_an_answer_where_one_term_is() {
     for carried in [sideways, round, faster, grain] {
         let mut world = base();
         world.empirical.push(carried);
-        let found = diagnosed(&base(), &squares(&world, &base(), DataKind::Logs, 3022));
+        let found = diagnosed(&base(), &small(squares(&world, &base(), DataKind::Logs, 3022)));
         assert_eq!(found.verdict, Verdict::Unexplained, "{:#?}", found.ranking);
         assert_eq!(found.other_tyres, None);
         let [term] = found.empirical[..] else { panic!("{:?}", found.empirical) };
@@ -274,7 +274,7 @@ fn errors_that_are_made_good_are_no_causes_where_the_model_says_so() {
 /// campaign has nothing new, and a floor that was tilted since is named alone.
 #[test]
 fn the_next_campaign_is_held_against_what_the_last_one_left() {
-    let tethered = Tethered::new(|world, seed| squares(world, &base(), DataKind::EndPoints, seed));
+    let tethered = Tethered::new(|world, seed| small(squares(world, &base(), DataKind::EndPoints, seed)));
     let next = tethered.next(&tethered.world);
     assert_eq!(next.verdict, Verdict::Explained, "{:#?}", next.ranking);
     let floor = Cause { values: vec![0.008, 1.0], ..Effect::named("floor_slope").expect("known").nothing() };
