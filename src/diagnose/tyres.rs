@@ -3,10 +3,12 @@
 //! A rubber tyre on its patch and a hard wheel on its edges answer the same causes otherwise, and no coordinate leads from the
 //! one to the other: friction can give a patch the track of a rigid cylinder, but then a load turns the robot two and a half
 //! times as far. So where a model has to be moved by more than its responses may err, and the causes that make it right do not
-//! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. One cause
-//! that leaves nothing but noise need not be asked again: there it takes a cause as well, and another law besides. And where a
-//! first look there leaves too little to be made up for, there is no second one. What
-//! goes by a name of the catalogue then is the class `effective_track`.
+//! do clearly worse under the other law, the whole diagnosis is made a second time there, and the likelier one stands. What goes
+//! by a name of the catalogue then is the class `effective_track`.
+//!
+//! That takes several times as long as the first one, and is left where it cannot win: one cause that leaves nothing but noise
+//! stands, for there it takes a cause as well, and another law besides; and what leaves too little by a first look to make up for
+//! its odds is not looked at more closely.
 
 use super::blind::SHOWN;
 use super::gain::Answer;
