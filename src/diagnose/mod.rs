@@ -394,12 +394,15 @@ impl<'m> Study<'m> {
         if !is_sure {
             own = self.refined(own)?;
         }
-        let glance = glance.filter(|glance| is_sure || !self.stands_alone(&own, glance));
-        let other = glance.and_then(|_| self.under_the_other_law()).and_then(|mut other| {
+        let is_open = |glance: &tyres::Glance| is_sure || !self.stands_alone(&own, glance);
+        let other = glance.filter(is_open).and_then(|_| {
+            let mut other = self.under_the_other_law()?;
             let first = other.first_look(&other.known_variants());
-            let is_open = is_sure || !self.stands_against(&own, &other, &first);
+            if !is_sure && self.stands_against(&own, &other, &first) {
+                return None;
+            }
             // What cannot be driven where it is best is no answer.
-            is_open.then(|| other.refined(first).ok()).flatten().map(|theirs| (theirs, other))
+            Some((other.refined(first).ok()?, other))
         });
         if is_sure && other.is_none() {
             own = self.refined(own)?;

@@ -98,7 +98,7 @@ impl<'m> Study<'m> {
     /// first one.
     pub(super) fn stands_against(&self, own: &Ranking, other: &Study<'_>, theirs: &Ranking) -> bool {
         let (own, theirs) = (self.weight(own.best()), theirs.best());
-        let left = 0.5 * verdict::left_of_means(other, theirs);
+        let left = 0.5 * verdict::misfit_of_means(other, theirs);
         other.repeats() && odds_by(own, other.weight(theirs) + left) < -CLEARLY
     }
 

@@ -25,7 +25,7 @@ const MUCH: f64 = 2.0;
 /// … and the chance below which that is no noise.
 const HARDLY: f64 = 1e-6;
 /// Chance from which on what is left may be noise.
-const NO_NOISE: f64 = 1e-3;
+const MAY_BE_NOISE: f64 = 1e-3;
 /// Share of a misfit that causes have to take away to be named where a formula takes away the rest.
 const MOST: f64 = 0.9;
 /// Effects that the class `effective_track` stands for.
@@ -243,23 +243,23 @@ pub(super) fn correction(study: &Study<'_>, at: &[(Axis, f64)]) -> f64 {
 /// Whether an answer leaves so much of the runs' means, against what runs of one kind stray by, that it is none.
 pub(super) fn leaves_much(study: &Study<'_>, best: &Hypothesis) -> bool {
     let left = Left::of(study, best);
-    left.of_means > MUCH && left.chance < HARDLY
+    left.variance > MUCH && left.chance < HARDLY
 }
 
 /// Whether it leaves no more than noise makes, as far as repeats tell.
 pub(super) fn leaves_noise(study: &Study<'_>, best: &Hypothesis) -> bool {
-    study.repeats() && Left::of(study, best).chance > NO_NOISE
+    study.repeats() && Left::of(study, best).chance > MAY_BE_NOISE
 }
 
 /// Σ of squares that an answer leaves of the runs' means, each over its variance.
-pub(super) fn left_of_means(study: &Study<'_>, answer: &Hypothesis) -> f64 {
+pub(super) fn misfit_of_means(study: &Study<'_>, answer: &Hypothesis) -> f64 {
     (answer.fit.left - answer.fit.strays) * study.discrepancy
 }
 
 /// What an answer leaves of the runs' means.
 struct Left {
-    /// Variance over what noise makes of it.
-    of_means: f64,
+    /// Their variance over what noise makes of it.
+    variance: f64,
     /// Chance that noise makes so much.
     chance: f64,
 }
@@ -275,10 +275,11 @@ impl Left {
             of_means += runs.min(1) * readings;
         }
         let freedom = of_means as f64;
-        let left = left_of_means(study, best) / freedom;
+        let variance = misfit_of_means(study, best) / freedom;
         // The noise is known as well as repeated runs tell it, which for end points is not well.
         let of_repeats = (all - of_means) as f64;
-        Left { of_means: left, chance: FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(left)) }
+        let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(variance));
+        Left { variance, chance }
     }
 }
 

@@ -42,6 +42,13 @@ impl Task {
         Task { name: name.into(), protocol, speed: None, turn_rate: None, started: None, start: Pose2::IDENTITY }
     }
 
+    /// Whether `robot` without noise drives it as it drives `other`: the same, from the same place, and at the same time where that
+    /// changes the robot.
+    pub(crate) fn is_alike(&self, other: &Task, robot: &Robot) -> bool {
+        let what = |task: &Task| (task.protocol, task.speed, task.turn_rate, task.start);
+        what(self) == what(other) && (robot.tyre_growth == 0.0 || self.started == other.started)
+    }
+
     fn speed_of(&self, robot: &Robot) -> f64 {
         self.speed.unwrap_or(robot.driver.cruise_speed)
     }

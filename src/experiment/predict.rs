@@ -1,10 +1,10 @@
 //! A model at work: poses of runs that nobody surveyed.
 
-use super::simulator::Simulator;
+use super::simulator::{Simulator, task_of};
 use crate::dataset::{Dataset, PoseLog, Run, SurveyFacts};
 use crate::diagnose::{ForwardError, ForwardModel};
 use crate::odometry::OdometryParameters;
-use crate::scene::Scene;
+use crate::scene::Robot;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -23,7 +23,7 @@ pub fn predict(dataset: &Dataset, simulator: &Simulator<'_>) -> Result<(Dataset,
     };
     let (known, unknown): (Vec<_>, Vec<_>) =
         dataset.runs.iter().partition(|run| run.log().is_some() || run.protocol.nominal_end().is_some());
-    let first_alike = |run: &Run| known.iter().position(|other| is_alike(scene, other, run));
+    let first_alike = |run: &Run| known.iter().position(|other| is_alike(&scene.robot, other, run));
     let firsts: Vec<Option<usize>> = known.iter().map(|run| first_alike(run)).collect();
     let simulated = known
         .par_iter()
@@ -53,11 +53,8 @@ pub fn predict(dataset: &Dataset, simulator: &Simulator<'_>) -> Result<(Dataset,
     Ok((Dataset { campaign, runs }, left_out.collect()))
 }
 
-/// Whether a simulation of `one`, which knows no noise, is one of `other`: both are driven by the robot itself, alike, and at the
-/// same time where that changes the robot.
-fn is_alike(scene: &Scene, one: &Run, other: &Run) -> bool {
-    let driven = |run: &Run| (run.protocol, run.speed, run.turn_rate, run.start);
-    let in_time = one.started == other.started || scene.robot.tyre_growth == 0.0;
+/// Whether a simulation of `one`, which knows no noise, is one of `other`: both are driven by the robot itself, and alike.
+fn is_alike(robot: &Robot, one: &Run, other: &Run) -> bool {
     let by_itself = one.log().is_none() && other.log().is_none();
-    std::ptr::eq(one, other) || (by_itself && driven(one) == driven(other) && in_time)
+    std::ptr::eq(one, other) || (by_itself && task_of(one).is_alike(&task_of(other), robot))
 }

@@ -85,7 +85,8 @@ fn boxed(error: DriveError) -> ForwardError {
     ForwardError(Box::new(error))
 }
 
-fn task_of(run: &Run) -> Task {
+/// What the driver drives where there is no log.
+pub(super) fn task_of(run: &Run) -> Task {
     Task {
         speed: run.speed,
         turn_rate: run.turn_rate,

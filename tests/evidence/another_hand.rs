@@ -44,7 +44,7 @@ struct Stops {
     stand: f64,
 }
 
-/// They go on at once, and wait for a second.
+/// They go on quickly, and wait for a second.
 const QUICK: Stops = Stops { overrun: 0.03, coast: 0.1, stand: 1.0 };
 
 struct Robot {
@@ -186,10 +186,9 @@ fn known() -> &'static Scene {
 /// log tells which. The model knows the robot from a campaign without.
 #[test]
 fn an_overrun_is_found_however_wheels_coast() {
-    let quick = QUICK;
-    let slow = Stops { coast: 0.4, stand: 0.0, ..quick };
+    let slow = Stops { coast: 0.4, stand: 0.0, ..QUICK };
     let model = known();
-    for (first, stops) in [(100, quick), (200, slow)] {
+    for (first, stops) in [(100, QUICK), (200, slow)] {
         let found = diagnosed(model, &campaign(first, stops));
         let [overrun] = &found.findings[..] else { panic!("{:#?}", found.findings) };
         assert_eq!((overrun.effect, &overrun.confounded_with[..]), ("stop_overrun", &[][..]));
@@ -203,10 +202,9 @@ fn an_overrun_is_found_however_wheels_coast() {
 /// blurs the other's, and what the robot does on both is found beside them.
 #[test]
 fn each_campaign_has_clocks_of_its_own() {
-    let stops = QUICK;
     let model = known();
     let days = [("one day", 300, -0.06), ("another", 400, 0.09)].map(|(name, first, offset)| {
-        let mut day = campaign(first, stops);
+        let mut day = campaign(first, QUICK);
         day.campaign.name = name.into();
         let logs = day.runs.iter_mut().filter_map(|run| run.poses.as_mut());
         logs.flat_map(|log| &mut log.time).for_each(|stamp| *stamp += offset);

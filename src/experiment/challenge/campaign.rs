@@ -138,13 +138,7 @@ pub(super) fn noise_free(
     let scene = world.clone().noise_free();
     let (mut tasks, mut counts): (Vec<Task>, Vec<usize>) = (Vec::new(), Vec::new());
     for task in kind.tasks(base) {
-        let alike = |known: &Task| {
-            scene.robot.tyre_growth == 0.0
-                && known.protocol == task.protocol
-                && known.speed == task.speed
-                && known.turn_rate == task.turn_rate
-        };
-        match tasks.iter().position(alike) {
+        match tasks.iter().position(|known| known.is_alike(&task, &scene.robot)) {
             Some(known) => counts[known] += 1,
             None => {
                 tasks.push(task);

@@ -135,6 +135,8 @@ pub fn score(
     let mut base = base.clone();
     base.robot.doubt = Doubt::default();
     let base = &base;
+    // Nobody drives what would settle a draw.
+    let options = &Options { next_experiment: false, ..options.clone() };
     let simulator = Simulator::new(base, stop);
     let on_tyres = |contact| -> Result<Library, ScoreError> {
         let scene = Scene { contact, ..base.clone() };
@@ -261,8 +263,6 @@ fn study_of<'m>(
 ) -> Result<Study<'m>, DiagnoseError> {
     let contact = model.scene().contact;
     let [known, other] = [contact, contact.other()].map(|contact| known.and_then(|known| known.on(contact)));
-    // Nobody drives what would settle a draw.
-    let options = Options { next_experiment: false, ..options.clone() };
     let of = |known| Study::new(datasets, &[], model, options.clone(), known, &|_, _| {});
     let study = of(known)?;
     let study = if known.is_some() && !study.may_carry() { of(None)? } else { study };
