@@ -5,7 +5,7 @@
 
 use super::convert;
 use super::error::WorldError;
-use super::ground::Ground;
+use super::ground::{Ground, Piece};
 use crate::geometry::Pose2;
 use crate::scene::{Body, Contact, Placement, Robot, Scene, Shape, Wheel};
 use nalgebra::{Translation3, UnitQuaternion, Vector3};
@@ -67,9 +67,9 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
 
     let chassis_friction = scene.floor.plane.map_or(0.3, |plane| plane.chassis_friction);
     for (index, piece) in ground.pieces.iter().enumerate() {
-        let (shape, room_from_shape) = match (scene.contact, piece.obstacle) {
-            (Contact::Patch, None) => slab(),
-            _ => (piece.shape.clone(), piece.room_from_shape),
+        let (shape, room_from_shape) = match scene.contact {
+            Contact::Patch => to_hit(piece),
+            Contact::Rigid => (piece.shape.clone(), piece.room_from_shape),
         };
         let collider = ColliderBuilder::new(shape)
             .position(room_from_shape)
@@ -103,13 +103,21 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
             })
             .collect(),
     };
+    // The engine would not know where mass centres are before its first step.
+    for body in hinged.iter().chain([&chassis]) {
+        physics.bodies[*body].recompute_mass_properties_from_colliders(&physics.colliders);
+    }
     Ok(Bodies { physics, chassis, hinged })
 }
 
-/// The floor for a chassis to lie on. A half space would be near everything at every step; this is near what is low.
-fn slab() -> (SharedShape, Pose) {
+/// A piece of ground as a chassis hits it. A floor is a slab: a half space would be near everything at every step, and this is
+/// near what is low.
+pub(super) fn to_hit(piece: &Piece) -> (SharedShape, Pose) {
     let [far, deep] = [1e3, 1.0];
-    (SharedShape::cuboid(far, far, deep), Pose::from_translation(Vector::Z * -deep))
+    match piece.obstacle {
+        None => (SharedShape::cuboid(far, far, deep), Pose::from_translation(Vector::Z * -deep)),
+        Some(_) => (piece.shape.clone(), piece.room_from_shape),
+    }
 }
 
 fn dynamic(room_from_body: Pose, body: &Body) -> RigidBodyBuilder {
@@ -206,7 +214,7 @@ fn solid(shape: &Shape, placement: &Placement, friction: f64) -> Collider {
 }
 
 /// A shape as parry has it, and how parry's stands in ours: URDF's cylinders stand along z, parry's along y.
-fn parry_shape(shape: &Shape) -> (SharedShape, Pose) {
+pub(super) fn parry_shape(shape: &Shape) -> (SharedShape, Pose) {
     match *shape {
         Shape::Box { size: [x, y, z] } => (SharedShape::cuboid(0.5 * x, 0.5 * y, 0.5 * z), Pose::identity()),
         Shape::Sphere { radius } => (SharedShape::ball(radius), Pose::identity()),

@@ -6,6 +6,7 @@
 //!
 //! rapier and parry stay in this room, and glam with them.
 
+mod alone;
 mod bodies;
 mod carried;
 mod caster;
@@ -24,6 +25,7 @@ pub use snapshot::{PatchSnapshot, WheelSnapshot};
 
 use crate::geometry::{Pose2, Twist2, unwrap_near, wrap_angle};
 use crate::scene::{Contact, EmpiricalTerm, GripRegion, Motion, Placement, Scene};
+use alone::Alone;
 use carried::CarriedContacts;
 use caster::RunningCaster;
 pub use drivetrain::Play;
@@ -46,6 +48,7 @@ pub struct World {
     scene: Scene,
     ground: Ground,
     physics: PhysicsWorld,
+    alone: Alone,
     chassis: RigidBodyHandle,
     wheels: Vec<RunningWheel>,
     casters: Vec<RunningCaster>,
@@ -64,6 +67,7 @@ impl Clone for World {
             scene: self.scene.clone(),
             ground: self.ground.clone(),
             physics: bodies::copied(&self.physics),
+            alone: self.alone.clone(),
             chassis: self.chassis,
             wheels: self.wheels.clone(),
             casters: self.casters.clone(),
@@ -91,6 +95,7 @@ impl World {
         Ok(World {
             unevenness: Unevenness::new(scene.scatter, 0.5 * robot.track_width(), scatter),
             scene: scene.clone(),
+            alone: Alone::new(robot, &ground),
             ground,
             physics: bodies.physics,
             chassis: bodies.chassis,
@@ -113,6 +118,7 @@ impl World {
         let floor = self.floor_motion();
         self.apply_forces(floor);
         match self.scene.contact {
+            Contact::Patch if self.alone.step(&mut self.physics, self.chassis) => {}
             Contact::Patch => self.physics.step(),
             Contact::Rigid => {
                 self.physics.step_with_events(&CarriedContacts { ground: &self.ground, motion: floor }, &())
