@@ -5,7 +5,7 @@ use super::output;
 use super::progress::{progress_bar, simulations};
 use super::watch::stop_on_ctrl_c;
 use crate::diagnose::Options;
-use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, Simulator, score};
+use crate::experiment::{CampaignKind, Challenge, DataKind, EffectsKind, Scored, Scorer, Simulator};
 use crate::report::challenge as report;
 use clap::{Args, ValueEnum};
 
@@ -113,7 +113,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         bar.suspend(|| eprintln!("{}", report::line(scored)));
         bar.set_message(format!("{done}/{draws} draws"));
     };
-    let result = score(&scene, challenge, seeds, &options, &mut watch, &progress, stop);
+    let result = Scorer::new(&scene, &challenge, &progress, stop)
+        .and_then(|scorer| scorer.score(challenge, seeds, &options, &mut watch, stop));
     bar.finish_and_clear();
     let result = result?;
     if arguments.scene.json {

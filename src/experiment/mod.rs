@@ -11,7 +11,7 @@ pub mod sweep;
 mod table_one;
 
 pub use challenge::{
-    CampaignKind, Challenge, DataKind, Draw, EffectsKind, Interval, Score, ScoreError, Scored, Tally, planned, score,
+    CampaignKind, Challenge, DataKind, Draw, EffectsKind, Interval, Score, ScoreError, Scored, Scorer, Tally, planned,
 };
 pub use predict::predict;
 pub use simulator::Simulator;

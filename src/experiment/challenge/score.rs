@@ -117,53 +117,123 @@ pub enum ScoreError {
     Diagnose(#[from] DiagnoseError),
 }
 
-/// Draws, diagnoses with these options and scores a range of seeds; `watch` is told of each, and `progress` how many of the
-/// simulations that all of them share are done.
-///
-/// # Errors
-/// A run that cannot be driven or diagnosed.
-pub fn score(
-    base: &Scene,
-    challenge: Challenge,
-    seeds: std::ops::Range<u64>,
-    options: &Options,
-    watch: &mut dyn FnMut(&Scored),
-    progress: &(dyn Fn(usize, usize) + Sync),
-    stop: &AtomicBool,
-) -> Result<Score, ScoreError> {
-    // The world is made of the model: but for another tyre law, nothing of it is in doubt.
-    let mut base = base.clone();
-    base.robot.doubt = Doubt::default();
-    let base = &base;
-    // Nobody drives what would settle a draw.
-    let options = &Options { next_experiment: false, ..options.clone() };
-    let simulator = Simulator::new(base, stop);
-    let on_tyres = |contact| -> Result<Library, ScoreError> {
-        let scene = Scene { contact, ..base.clone() };
-        library(&Simulator::new(&scene, stop), challenge.campaign, challenge.data, progress)
-    };
-    let libraries = Libraries {
-        contact: base.contact,
-        given: on_tyres(base.contact)?,
-        // In a world of the diagnosis' own tyres hardly any draw comes to asking for others.
-        other: challenge.mismatch.then(|| on_tyres(base.contact.other())).transpose()?,
-    };
-    let mut draws = Vec::new();
-    // Side by side, told in order.
-    let seeds: Vec<u64> = seeds.collect();
-    for seeds in seeds.chunks(rayon::current_num_threads()) {
-        let scored: Vec<Scored> = seeds
-            .par_iter()
-            .map(|&seed| one(base, &simulator, &libraries, Challenge { seed, ..challenge }, options, stop))
-            .collect::<Result<_, _>>()?;
-        scored.iter().for_each(&mut *watch);
-        draws.extend(scored);
+/// Scores diagnoses of one robot in one kind of campaign: what causes do to it there is simulated once for all draws.
+pub struct Scorer {
+    base: Scene,
+    libraries: Libraries,
+}
+
+impl Scorer {
+    /// Simulates what draws like `challenge` share, on other tyres as well where diagnoses come to asking for them: where worlds
+    /// have them, or something that no cause explains. `progress` is told how many simulations are done.
+    ///
+    /// # Errors
+    /// A run that cannot be driven.
+    pub fn new(
+        base: &Scene,
+        challenge: &Challenge,
+        progress: &(dyn Fn(usize, usize) + Sync),
+        stop: &AtomicBool,
+    ) -> Result<Scorer, ScoreError> {
+        // The world is made of the model: but for another tyre law, nothing of it is in doubt.
+        let mut base = base.clone();
+        base.robot.doubt = Doubt::default();
+        let on_tyres = |contact| -> Result<Library, ScoreError> {
+            let scene = Scene { contact, ..base.clone() };
+            library(&Simulator::new(&scene, stop), challenge.campaign, challenge.data, progress)
+        };
+        let asks = challenge.mismatch || challenge.effects == EffectsKind::Outside;
+        let libraries = Libraries {
+            contact: base.contact,
+            given: on_tyres(base.contact)?,
+            other: asks.then(|| on_tyres(base.contact.other())).transpose()?,
+        };
+        Ok(Scorer { base, libraries })
     }
-    let nameable = |scored: &&Scored| {
-        !scored.truth.is_empty() && scored.oracle_set.len() == scored.truth.len() && scored.strength >= STRONG
-    };
-    let oracle_nameable = draws.iter().filter(nameable).count();
-    Ok(Score { draws, oracle_nameable })
+
+    /// Draws, diagnoses with these options and scores a range of seeds; `watch` is told of each.
+    ///
+    /// # Errors
+    /// A run that cannot be driven or diagnosed.
+    pub fn score(
+        &self,
+        challenge: Challenge,
+        seeds: std::ops::Range<u64>,
+        options: &Options,
+        watch: &mut dyn FnMut(&Scored),
+        stop: &AtomicBool,
+    ) -> Result<Score, ScoreError> {
+        // Nobody drives what would settle a draw.
+        let options = &Options { next_experiment: false, ..options.clone() };
+        let mut draws = Vec::new();
+        // Side by side, told in order.
+        let seeds: Vec<u64> = seeds.collect();
+        for seeds in seeds.chunks(rayon::current_num_threads()) {
+            let scored: Vec<Scored> = seeds
+                .par_iter()
+                .map(|&seed| self.one(Challenge { seed, ..challenge }, options, stop))
+                .collect::<Result<_, _>>()?;
+            scored.iter().for_each(&mut *watch);
+            draws.extend(scored);
+        }
+        let nameable = |scored: &&Scored| {
+            !scored.truth.is_empty() && scored.oracle_set.len() == scored.truth.len() && scored.strength >= STRONG
+        };
+        let oracle_nameable = draws.iter().filter(nameable).count();
+        Ok(Score { draws, oracle_nameable })
+    }
+
+    /// Draws, diagnoses and scores one.
+    fn one(&self, challenge: Challenge, options: &Options, stop: &AtomicBool) -> Result<Scored, ScoreError> {
+        let Scorer { base, libraries } = self;
+        let simulator = &Simulator::new(base, stop);
+        let draw = challenge.draw(base, stop)?;
+        let began = Instant::now();
+        // With another tyre law the model is first extended on clean campaigns of that world, as a user would.
+        let extended = match draw.clean_datasets.as_slice() {
+            [] => None,
+            clean => {
+                let mut study = study_of(clean, simulator, options, Some(libraries))?;
+                let found = study.diagnose()?;
+                let extended = found.extended(base, study.gain().map_or(0.0, |gain| gain.motion_error));
+                // A model that was moved by more than responses may err answers causes otherwise.
+                let is_near = found.doubt.response < options.response_error[1];
+                Some((Simulator::new(&extended, stop), is_near.then_some(libraries)))
+            }
+        };
+        let (model, known) = match &extended {
+            None => (simulator, Some(libraries)),
+            Some((model, known)) => (model, *known),
+        };
+        let mut study = study_of(std::slice::from_ref(&draw.dataset), model, options, known)?;
+        let diagnosis = study.diagnose()?;
+        let seconds = began.elapsed().as_secs_f64();
+        let held_out = study.gain();
+        drop(study);
+
+        let of_world = Simulator::new(&draw.clean, stop);
+        let clean = if challenge.mismatch { &of_world } else { simulator };
+        let oracle = oracle(&challenge, &draw, clean, libraries.on(draw.clean.contact))?;
+        let mut scored = judge(&challenge, &draw, &diagnosis, &oracle, seconds);
+        if challenge.mismatch {
+            scored.called_for_as_told = Some(called_for_by_clean(&draw, oracle, challenge.clean_campaigns));
+        }
+        if scored.strength >= STRONG && challenge.effects != EffectsKind::None {
+            if let Some(gain) = held_out {
+                let of_oracle = left_by(&draw.world, &draw.dataset, stop)?;
+                scored.gain = Some([gain.position_after, of_oracle].map(|left| 1.0 - left / gain.position_before));
+            }
+            let seed = drive::derived_seed(challenge.seed, "fresh");
+            let fresh = drive_campaign(&draw.world, challenge.campaign, challenge.data, seed, "fresh", stop)?;
+            let given = model.scene();
+            let before = left_by(given, &fresh, stop)?;
+            // What the extension states of its doubt does not move it.
+            let [found, of_oracle] =
+                [&diagnosis.extended(given, 0.0), &draw.world].map(|scene| left_by(scene, &fresh, stop));
+            scored.gain_on_fresh = Some([found?, of_oracle?].map(|left| 1.0 - left / before));
+        }
+        Ok(scored)
+    }
 }
 
 /// Responses that are simulated once for all draws.
@@ -194,63 +264,6 @@ fn library(
     let (dataset, _) = noise_free(&scene, &scene, kind, data, simulator.stop())?;
     let study = Study::new(&[dataset], &[], simulator, Options::default(), None, progress)?;
     Ok(study.library())
-}
-
-/// Draws, diagnoses and scores one.
-fn one(
-    base: &Scene,
-    simulator: &Simulator<'_>,
-    libraries: &Libraries,
-    challenge: Challenge,
-    options: &Options,
-    stop: &AtomicBool,
-) -> Result<Scored, ScoreError> {
-    let draw = challenge.draw(base, stop)?;
-    let began = Instant::now();
-    // With another tyre law the model is first extended on clean campaigns of that world, as a user would.
-    let extended = match draw.clean_datasets.as_slice() {
-        [] => None,
-        clean => {
-            let mut study = study_of(clean, simulator, options, Some(libraries))?;
-            let found = study.diagnose()?;
-            let extended = found.extended(base, study.gain().map_or(0.0, |gain| gain.motion_error));
-            // A model that was moved by more than responses may err answers causes otherwise.
-            let is_near = found.doubt.response < options.response_error[1];
-            Some((Simulator::new(&extended, stop), is_near.then_some(libraries)))
-        }
-    };
-    let (model, known) = match &extended {
-        None => (simulator, Some(libraries)),
-        Some((model, known)) => (model, *known),
-    };
-    let mut study = study_of(std::slice::from_ref(&draw.dataset), model, options, known)?;
-    let diagnosis = study.diagnose()?;
-    let seconds = began.elapsed().as_secs_f64();
-    let held_out = study.gain();
-    drop(study);
-
-    let of_world = Simulator::new(&draw.clean, stop);
-    let clean = if challenge.mismatch { &of_world } else { simulator };
-    let oracle = oracle(&challenge, &draw, clean, libraries.on(draw.clean.contact))?;
-    let mut scored = judge(&challenge, &draw, &diagnosis, &oracle, seconds);
-    if challenge.mismatch {
-        scored.called_for_as_told = Some(called_for_by_clean(&draw, oracle, challenge.clean_campaigns));
-    }
-    if scored.strength >= STRONG && challenge.effects != EffectsKind::None {
-        if let Some(gain) = held_out {
-            let of_oracle = left_by(&draw.world, &draw.dataset, stop)?;
-            scored.gain = Some([gain.position_after, of_oracle].map(|left| 1.0 - left / gain.position_before));
-        }
-        let seed = drive::derived_seed(challenge.seed, "fresh");
-        let fresh = drive_campaign(&draw.world, challenge.campaign, challenge.data, seed, "fresh", stop)?;
-        let given = model.scene();
-        let before = left_by(given, &fresh, stop)?;
-        // What the extension states of its doubt does not move it.
-        let [found, of_oracle] =
-            [&diagnosis.extended(given, 0.0), &draw.world].map(|scene| left_by(scene, &fresh, stop));
-        scored.gain_on_fresh = Some([found?, of_oracle?].map(|left| 1.0 - left / before));
-    }
-    Ok(scored)
 }
 
 /// What the command works on: `known` responses, on the model's tyres and on others, serve where the misfit is not so strong

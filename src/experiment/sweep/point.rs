@@ -7,7 +7,7 @@ use crate::dataset::{DatasetError, Protocol, Rotation, SurveyedPose, Travel};
 use crate::diagnose::Options;
 use crate::drive::{self, DriveError, Observer, SimulatedRun, Task};
 use crate::experiment::{
-    self, CampaignKind, Challenge, DataKind, EffectsKind, ExperimentError, Stage, StageRun, Watch,
+    self, CampaignKind, Challenge, DataKind, EffectsKind, ExperimentError, Scorer, Stage, StageRun, Watch,
 };
 use crate::geometry::Pose2;
 use crate::scene::Scene;
@@ -200,9 +200,9 @@ impl Job<'_> {
             clean_campaigns: 1,
         };
         let seeds = self.seed..self.seed + 1;
-        let score =
-            experiment::score(&self.scene, challenge, seeds, &Options::default(), &mut |_| {}, &|_, _| {}, stop)
-                .map_err(|error| error.to_string())?;
+        let score = Scorer::new(&self.scene, &challenge, &|_, _| {}, stop)
+            .and_then(|scorer| scorer.score(challenge, seeds, &Options::default(), &mut |_| {}, stop))
+            .map_err(|error| error.to_string())?;
         let scored = score.draws.first().ok_or("nothing was drawn")?;
         let count = |value: usize| Cell::Whole(value as u64);
         let cells = vec![
