@@ -2,7 +2,8 @@
 //!
 //! A step, in order: encoders are read and speed loops run, each at its rate; every tyre's patch is carried on and its
 //! force, with drivetrain torque on wheel and chassis, given to wheels' spins and to the engine; the engine moves the robot's
-//! body (velocities first, then positions with the new velocities: symplectic Euler, first order in the step).
+//! body (velocities first, then positions with the new velocities: symplectic Euler, first order in the step), or, where nothing
+//! is near it, `alone` does, to the same bits.
 //!
 //! rapier and parry stay in this room, and glam with them.
 

@@ -17,13 +17,14 @@ pub use merge::{Merged, merge};
 pub use plan::{MOST_POINTS, Plan, Point, PointKind, ProtocolKind};
 pub use shard::{NotAShard, Shard};
 
+use super::Scorer;
 use crate::effect::{Cause, load_scene};
 use crate::scene::{Contact, ROBOTS, Scatter, Scene, WORLDS};
 use crate::table::{Cell, Table};
 use journal::{Header, Journal, Record};
 use key::Target;
 use plan::TyreLaw;
-use point::Job;
+use point::{EFFECTS, Job};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
@@ -162,13 +163,15 @@ impl Sweep {
         progress.before = progress.points - todo.len();
         watch(&progress);
 
+        let scorer = if todo.is_empty() { None } else { self.scorer(stop) };
         let state = Mutex::new((journal, progress, records));
         todo.par_iter().with_max_len(1).try_for_each(|&index| -> Result<(), SweepError> {
             if stop.load(Ordering::Relaxed) {
                 return Ok(());
             }
             let point = self.plan.point(index);
-            let Some(outcome) = self.job(&point).outcome(&self.plan, stop) else { return Ok(()) };
+            let job = Job { scorer: scorer.as_ref(), ..self.job(&point) };
+            let Some(outcome) = job.outcome(&self.plan, stop) else { return Ok(()) };
             let (journal, progress, records) = &mut *state.lock().unwrap_or_else(|broken| broken.into_inner());
             journal.add(index, &outcome.cells)?;
             records.push((index, outcome.cells));
@@ -210,7 +213,15 @@ impl Sweep {
         // Effects come last, since they are increments on the scene as it is; `check` has found no fault with them.
         let causes = Cause::from_settings(&effects(settings.clone()), &self.base(point).scene).unwrap_or_default();
         let scene = Cause::edit_all(&causes, &scene);
-        Job { scene, seed: point.seed, words: point::words(settings) }
+        Job { scene, seed: point.seed, words: point::words(settings), scorer: None }
+    }
+
+    /// What hidden-effect draws share, where all points are draws of one robot in one kind of campaign. It is the plan's, so that
+    /// a point does not depend on which others are done beside it; one that cannot be had, each point says for itself.
+    fn scorer(&self, stop: &AtomicBool) -> Option<Scorer> {
+        let alike = self.plan.kind == PointKind::Challenge && self.plan.keys().all(|key| key.name() == EFFECTS);
+        let first = self.plan.point(0);
+        alike.then(|| self.job(&first).scorer(&self.plan, stop).ok()).flatten()
     }
 
     fn base(&self, point: &Point) -> &Base {

@@ -7,7 +7,7 @@ use crate::dataset::{DatasetError, Protocol, Rotation, SurveyedPose, Travel};
 use crate::diagnose::Options;
 use crate::drive::{self, DriveError, Observer, SimulatedRun, Task};
 use crate::experiment::{
-    self, CampaignKind, Challenge, DataKind, EffectsKind, ExperimentError, Scorer, Stage, StageRun, Watch,
+    self, CampaignKind, Challenge, DataKind, EffectsKind, ExperimentError, ScoreError, Scorer, Stage, StageRun, Watch,
 };
 use crate::geometry::Pose2;
 use crate::scene::Scene;
@@ -30,7 +30,12 @@ pub(super) struct Job<'a> {
     pub scene: Scene,
     pub seed: u64,
     pub words: Vec<(&'a str, &'a Value)>,
+    /// What draws of this scene share, where it was simulated.
+    pub scorer: Option<&'a Scorer>,
 }
+
+/// The key of what is hidden.
+pub(super) const EFFECTS: &str = "challenge.effects";
 
 /// The columns that a kind of point fills; the last one says why a point has no others.
 pub(super) fn columns(kind: PointKind) -> Vec<Column> {
@@ -178,14 +183,14 @@ impl Job<'_> {
         Ok(Outcome { cells, simulated })
     }
 
-    fn challenge(&self, plan: &Plan, stop: &AtomicBool) -> Result<Outcome, String> {
-        let challenge = Challenge {
+    fn hidden(&self, plan: &Plan) -> Challenge {
+        Challenge {
             seed: self.seed,
             data: match self.word("challenge.data") {
                 Some("endpoints") => DataKind::EndPoints,
                 _ => DataKind::Logs,
             },
-            effects: match self.word("challenge.effects") {
+            effects: match self.word(EFFECTS) {
                 Some("none") => EffectsKind::None,
                 Some("one") => EffectsKind::One,
                 Some("two") => EffectsKind::Two,
@@ -198,10 +203,26 @@ impl Job<'_> {
             },
             mismatch: plan.mismatch,
             clean_campaigns: 1,
+        }
+    }
+
+    /// Simulates what draws of this scene share.
+    pub(super) fn scorer(&self, plan: &Plan, stop: &AtomicBool) -> Result<Scorer, ScoreError> {
+        Scorer::new(&self.scene, &self.hidden(plan), &|_, _| {}, stop)
+    }
+
+    fn challenge(&self, plan: &Plan, stop: &AtomicBool) -> Result<Outcome, String> {
+        let own;
+        let scorer = match self.scorer {
+            Some(shared) => shared,
+            None => {
+                own = self.scorer(plan, stop).map_err(|error| error.to_string())?;
+                &own
+            }
         };
         let seeds = self.seed..self.seed + 1;
-        let score = Scorer::new(&self.scene, &challenge, &|_, _| {}, stop)
-            .and_then(|scorer| scorer.score(challenge, seeds, &Options::default(), &mut |_| {}, stop))
+        let score = scorer
+            .score(self.hidden(plan), seeds, &Options::default(), &mut |_| {}, stop)
             .map_err(|error| error.to_string())?;
         let scored = score.draws.first().ok_or("nothing was drawn")?;
         let count = |value: usize| Cell::Whole(value as u64);
