@@ -70,10 +70,17 @@ fn p_value(value: f64) -> String {
     if value > 0.0 { format!("= {value:.1e}") } else { format!("< {:.0e}", f64::MIN_POSITIVE) }
 }
 
+/// A finding, with how probable it is where that is less than odds of 50 to 1: one beside others is given for less than a first.
+fn named_as_far_as_sure(finding: &Finding) -> String {
+    const SURE: f64 = 50.0 / 51.0;
+    let name = named(finding);
+    if finding.probability < SURE { format!("{name} ({})", share(finding.probability)) } else { name }
+}
+
 /// The answer in a sentence or two.
 pub fn answer(diagnosis: &Diagnosis) -> String {
     let list = |findings: &[&Finding]| {
-        let names: Vec<String> = findings.iter().map(|finding| named(finding)).collect();
+        let names: Vec<String> = findings.iter().map(|finding| named_as_far_as_sure(finding)).collect();
         joined(&names, "and")
     };
     let (alone, grouped): (Vec<&Finding>, Vec<&Finding>) =
@@ -483,5 +490,18 @@ mod tests {
         assert!(words.contains("ends 191.4 mm RMS from these very runs, not 55.6 mm as it was fitted"), "{words}");
         assert!(!words.contains("  "), "{words}");
         assert_eq!(remainder(Remainder { fitted: 0.0327, simulated: 0.0324 }), None);
+    }
+
+    #[test]
+    fn a_name_that_is_less_than_sure_says_so() {
+        let finding = |probability| Finding {
+            effect: "floor_slope",
+            choice: String::new(),
+            parameters: Vec::new(),
+            probability,
+            confounded_with: Vec::new(),
+        };
+        assert_eq!(named_as_far_as_sure(&finding(0.985)), "floor_slope");
+        assert_eq!(named_as_far_as_sure(&finding(0.748)), "floor_slope (0.748)");
     }
 }
