@@ -349,10 +349,7 @@ impl Tethered {
         world.tether = Some(Tether { anchor: [-2.0, 3.0, 1.0], pull: 8.0 });
         // Whether other tyres would do better is not the question here, and takes long.
         let options = Options { other_tyres: false, ..Options::default() };
-        let (given, driven) = (base(), campaign(&world, 31));
-        let simulator = Simulator::new(&given, &GO_ON);
-        let study = Study::new(std::slice::from_ref(&driven), &[], &simulator, options, None, &|_, _| {});
-        let last = study.expect("it is data").diagnose().expect("it can be diagnosed");
+        let last = diagnosed_under(options, &base(), &campaign(&world, 31), &mut None);
         assert_ne!(last.verdict, Verdict::Explained, "{:#?}", last.ranking);
         let mut model = Cause::edit_all(&last.causes, &base());
         model.empirical.extend(&last.empirical);
@@ -373,9 +370,14 @@ pub fn diagnosed(model: &Scene, dataset: &Dataset) -> Diagnosis {
 
 /// The same by responses of its runs that are known, or are from now on.
 fn diagnosed_knowing(model: &Scene, dataset: &Dataset, library: &mut Option<Library>) -> Diagnosis {
+    diagnosed_under(Options::default(), model, dataset, library)
+}
+
+/// The same under other options.
+fn diagnosed_under(options: Options, model: &Scene, dataset: &Dataset, library: &mut Option<Library>) -> Diagnosis {
     let simulator = Simulator::new(model, &GO_ON);
     let data = std::slice::from_ref(dataset);
-    let study = Study::new(data, &[], &simulator, Options::default(), library.as_ref(), &|_, _| {});
+    let study = Study::new(data, &[], &simulator, options, library.as_ref(), &|_, _| {});
     let mut study = study.expect("it is data");
     library.get_or_insert_with(|| study.library());
     study.diagnose().expect("it can be diagnosed")
@@ -646,14 +648,10 @@ fn hard_wheels_are_told_from_patches() {
     let given = base();
     let hard = Scene { contact: Contact::Rigid, ..base() };
     let dataset = small(squares(&cause("load_offset_longitudinal", LOAD).edit(&hard), &given, DataKind::Logs, 43));
-    let simulator = Simulator::new(&given, &GO_ON);
     let mut library = None;
     let mut diagnosed = |other_tyres: bool| {
         let options = Options { other_tyres, most_causes: 3, ..Options::default() };
-        let data = std::slice::from_ref(&dataset);
-        let mut study = Study::new(data, &[], &simulator, options, library.as_ref(), &|_, _| {}).expect("it is data");
-        library.get_or_insert_with(|| study.library());
-        study.diagnose().expect("it can be diagnosed")
+        diagnosed_under(options, &given, &dataset, &mut library)
     };
     let free = diagnosed(true);
     let other = free.other_tyres.expect("these are no patches");
