@@ -7,10 +7,11 @@
 
 use super::case::Cluster;
 use super::linear::{self, Linearised, Problem};
+use super::low_rank::LowRank;
 use super::plausible::Plausible;
 use super::response_error::PARTS;
 use super::variant::{Axis, Coordinates};
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DVector};
 use std::f64::consts::LN_2;
 
 /// A hypothesis at its best.
@@ -164,7 +165,7 @@ impl Problem<'_> {
         at: &Coordinates,
         step: &DVector<f64>,
         linear: &Linearised,
-        further: &[Option<Cholesky<f64, Dyn>>],
+        further: &[Option<LowRank>],
     ) -> Vec<(Axis, f64)> {
         let moved = |halvings: i32| -> Vec<(Axis, f64)> {
             let moved = at.iter().zip(step.iter()).map(|(&(axis, value), step)| {
@@ -181,9 +182,12 @@ impl Problem<'_> {
         };
         let left = |there: &Coordinates| {
             let there = self.linearise(there, &[]);
-            squares(&|index, run| match &further[index] {
-                Some(further) => linear::whitened(further, &there.residuals[run]),
-                None => there.residuals[run].clone(),
+            squares(&|index, run| {
+                let mut residual = there.residuals[run].clone();
+                if let Some(further) = &further[index] {
+                    further.whiten_vector(&mut residual);
+                }
+                residual
             })
         };
         let foretold = |there: &Coordinates| {
@@ -203,15 +207,17 @@ impl Problem<'_> {
         let with_error = self.may_err(&at);
         let chi2: f64 =
             linear.residuals.iter().zip(&self.counts).map(|(residual, count)| count * residual.norm_squared()).sum();
-        let run_errors: Vec<Option<Cholesky<f64, Dyn>>> =
-            (0..self.clusters.len()).map(|index| if with_error { self.run_errors(index, &at) } else { None }).collect();
+        let takes_part = |index: usize| self.clusters[index].count(&self.counts) > 0.0;
+        let run_errors: Vec<Option<LowRank>> = (0..self.clusters.len())
+            .map(|index| (with_error && takes_part(index)).then(|| self.run_errors(index, &at)))
+            .collect();
         let mut log_det = 0.0;
         for (index, (errors, columns)) in run_errors.iter().zip(&mut linear.columns).enumerate() {
             let Some(errors) = errors else { continue };
-            errors.l_dirty().solve_lower_triangular_mut(columns);
+            errors.whiten(columns);
             for run in self.clusters[index].active(&self.counts) {
-                errors.l_dirty().solve_lower_triangular_mut(&mut linear.residuals[run]);
-                log_det += 2.0 * self.counts[run] * linear::half_log_det(errors);
+                errors.whiten_vector(&mut linear.residuals[run]);
+                log_det += 2.0 * self.counts[run] * errors.half_log_det();
             }
         }
         for (index, errors) in run_errors.iter().enumerate().filter(|(_, errors)| errors.is_some()) {
@@ -233,23 +239,20 @@ impl Problem<'_> {
             (true, true) => of_responses + PARTS + 2,
         };
         // Those of runs that do not count are left out: were it for zeros, sums would be rounded otherwise.
-        let counts = |cluster: &&Cluster| cluster.count(&self.counts) > 0.0;
-        let conditions = self.clusters.iter().filter(counts).map(|cluster| cluster.condition + 1).max().unwrap_or(0);
+        let those = || self.clusters.iter().enumerate().filter(|(index, _)| takes_part(*index));
+        let conditions = those().map(|(_, cluster)| cluster.condition + 1).max().unwrap_or(0);
         let size = p + per_condition * conditions;
         let mut normal = DMatrix::<f64>::identity(size, size);
         let mut right = DVector::<f64>::zeros(size);
         normal.view_mut((0, 0), (p, p)).copy_from(&(a + DMatrix::from_diagonal(&local.precision)));
         right.rows_mut(0, p).copy_from(&(b + local.pull()));
         if with_error {
-            for (index, cluster) in self.clusters.iter().enumerate() {
+            for (index, cluster) in those() {
                 let mut errors = self.response_errors(index, &at);
                 if let Some(further) = &run_errors[index] {
-                    further.l_dirty().solve_lower_triangular_mut(&mut errors);
+                    further.whiten(&mut errors);
                 }
-                let n = self.clusters[index].count(&self.counts);
-                if n == 0.0 {
-                    continue;
-                }
+                let n = cluster.count(&self.counts);
                 // All runs of a cluster err alike: its mean has all that there is to say of it.
                 let mut columns = linear.columns[index].clone();
                 let mut mean = self.mean(&linear, index);

@@ -5,6 +5,7 @@
 
 use super::case::{Case, Cluster};
 use super::doubt::{self, MotionError};
+use super::low_rank::LowRank;
 use super::surrogate::{self, Surrogate};
 use super::variant::{Axis, Coordinates, Variant, moved_along};
 use super::way::compose;
@@ -205,12 +206,12 @@ impl Problem<'_> {
     }
 
     /// Factor of what the mean of a cluster's runs errs by, where runs are whitened by `further` as well.
-    pub(super) fn of_mean(&self, cluster: usize, further: Option<&Cholesky<f64, Dyn>>) -> Option<Cholesky<f64, Dyn>> {
+    pub(super) fn of_mean(&self, cluster: usize, further: Option<&LowRank>) -> Option<Cholesky<f64, Dyn>> {
         let rows = self.factors[cluster].l_dirty().nrows();
         let no_more = || (self.discrepancy > 1.0).then(|| DMatrix::zeros(rows, 0));
         let mut columns = self.doubts[cluster].clone().or_else(no_more)?;
         if let Some(further) = further {
-            whiten(further, &mut columns);
+            further.whiten(&mut columns);
         }
         doubt::factor(&columns, self.clusters[cluster].count(&self.counts), self.discrepancy)
     }

@@ -23,6 +23,7 @@ mod formula;
 mod forward;
 mod gain;
 mod linear;
+mod low_rank;
 mod misfit;
 mod next;
 mod noise;

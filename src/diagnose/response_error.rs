@@ -2,11 +2,13 @@
 
 use super::case::{Case, Cluster};
 use super::linear::{Problem, flatten};
+use super::low_rank::LowRank;
 use super::surrogate::Surrogate;
 use super::variant::{Axis, Coordinates, Variant};
-use super::way::{Step, Way, add_times, compose};
+use super::way::{Step, Way, bend, compose};
+use crate::geometry::Pose2;
 use crate::scene::Survey;
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 /// Error that responses are allowed as a whole, and in each part of the way, relative.
@@ -80,11 +82,9 @@ impl Problem<'_> {
         })
     }
 
-    /// Factor of the covariance of a cluster's whitened readings with what its runs' responses differ by.
-    pub(super) fn run_errors(&self, cluster: usize, at: &Coordinates) -> Option<Cholesky<f64, Dyn>> {
-        let columns = self.run_error_columns(cluster, at);
-        let size = columns.nrows();
-        Cholesky::new(DMatrix::identity(size, size) + &columns * columns.transpose())
+    /// What whitens a cluster's whitened readings of what its runs' responses differ by.
+    pub(super) fn run_errors(&self, cluster: usize, at: &Coordinates) -> LowRank {
+        LowRank::of(&self.run_error_columns(cluster, at))
     }
 
     /// Steps of a cluster's reference run without what spots on the floor do, where there are any.
@@ -107,8 +107,14 @@ struct Changed<'p> {
     way: &'p Way,
     survey: Survey,
     steps: Vec<Step>,
+    path: Vec<Pose2>,
+    /// Sines and cosines of its headings.
+    directions: Vec<(f64, f64)>,
     readings: DVector<f64>,
 }
+
+/// So much of a further change is looked at and scaled back up: a survey may read a path in a frame that turns with it.
+const SHARE: f64 = 0.1;
 
 impl<'p> Changed<'p> {
     fn by(problem: &'p Problem<'p>, cluster: usize, at: &Coordinates) -> Changed<'p> {
@@ -117,32 +123,38 @@ impl<'p> Changed<'p> {
         let (case, way) = (&problem.cases[reference], &surrogate.ways[reference]);
         let survey = surrogate.survey_in(campaign, problem.scene, at, problem.variants);
         let steps = surrogate.steps(cluster, reference, at, problem.variants);
-        let mut changed = Changed { surrogate, case, way, survey, steps, readings: DVector::zeros(0) };
-        changed.readings = changed.read(&changed.steps);
+        let path = compose(way.start, &steps);
+        let directions = path.iter().map(|pose| pose.heading.sin_cos()).collect();
+        let readings = DVector::zeros(0);
+        let mut changed = Changed { surrogate, case, way, survey, steps, path, directions, readings };
+        changed.readings = changed.read(&changed.path);
         changed
     }
 
-    fn read(&self, steps: &[Step]) -> DVector<f64> {
-        let path = compose(self.way.start, steps);
-        flatten(self.case, &self.surrogate.readings(self.case, self.way, &path, &self.survey))
+    fn read(&self, path: &[Pose2]) -> DVector<f64> {
+        flatten(self.case, &self.surrogate.readings(self.case, self.way, path, &self.survey))
     }
 
-    /// What a further change of the steps makes of the readings; linear, as below.
+    /// What a further change of the steps makes of the readings.
     fn more(&self, change: &[Step]) -> DVector<f64> {
-        let mut steps = self.steps.clone();
-        add_times(0.1, change, &mut steps);
-        (self.read(&steps) - &self.readings) * 10.0
+        self.change_of_readings(0..change.len(), |k| change[k])
     }
 
-    /// What it changes of the readings beyond `without`, by these components of the steps of a part of the way. A tenth of
-    /// it is taken away and scaled back up: linear to a tenth of a per cent of it.
+    /// What it changes of the readings beyond `without`, by these components of the steps of a part of the way.
     fn less(&self, without: &[Step], part: Range<usize>, components: &[usize]) -> DVector<f64> {
-        let mut steps = self.steps.clone();
-        for k in part {
+        self.change_of_readings(part, |k| {
+            let mut change = [0.0; 3];
             for &c in components {
-                steps[k][c] -= 0.1 * (self.steps[k][c] - without[k][c]);
+                change[c] = self.steps[k][c] - without[k][c];
             }
-        }
-        (&self.readings - self.read(&steps)) * 10.0
+            change
+        })
+    }
+
+    /// Change of the readings by small changes of the steps of a part of the way.
+    fn change_of_readings(&self, part: Range<usize>, change: impl Fn(usize) -> Step) -> DVector<f64> {
+        let mut path = self.path.clone();
+        bend(&mut path, &self.directions, part, |k| change(k).map(|change| SHARE * change));
+        (self.read(&path) - &self.readings) / SHARE
     }
 }

@@ -4,6 +4,7 @@ use super::case::Case;
 use super::variant::{Axis, Variant};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Motion};
+use std::ops::Range;
 
 /// Length of a step of the way \[s\]: short against how long the robot takes to speed up or turn.
 const STEP: f64 = 0.1;
@@ -195,21 +196,18 @@ fn scaled(step: Pose2, by: f64) -> Pose2 {
 /// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact
 /// while the robot speeds up or slows down steadily.
 fn within(path: &[Pose2], k: usize, part: f64) -> Pose2 {
-    let direction = path[k].heading.sin_cos();
     let step = |of: usize| {
         let (from, to) = (path[of], path[of + 1]);
-        let (sin, cos) = turned(direction, from.heading - path[k].heading);
-        let (dx, dy) = (to.x - from.x, to.y - from.y);
-        [cos * dx + sin * dy, cos * dy - sin * dx, to.heading - from.heading]
+        [to.x - from.x, to.y - from.y, to.heading - from.heading]
     };
     let [before, here, after] = [k.saturating_sub(1), k, (k + 1).min(path.len() - 2)].map(step);
     let (p, p2, p3) = (part, part * part, part * part * part);
+    let (of_here, of_first, of_last) = (3.0 * p2 - 2.0 * p3, p3 - 2.0 * p2 + p, p3 - p2);
     let [x, y, turn] = each(|c| {
         let (first, last) = (0.5 * (before[c] + here[c]), 0.5 * (here[c] + after[c]));
-        here[c] * (3.0 * p2 - 2.0 * p3) + first * (p3 - 2.0 * p2 + p) + last * (p3 - p2)
+        here[c] * of_here + first * of_first + last * of_last
     });
-    let (sin, cos) = direction;
-    Pose2::new(path[k].x + cos * x - sin * y, path[k].y + sin * x + cos * y, path[k].heading + turn)
+    Pose2::new(path[k].x + x, path[k].y + y, path[k].heading + turn)
 }
 
 /// Ends of the steps, the start first.
@@ -224,6 +222,23 @@ pub(super) fn compose(start: Pose2, steps: &[Step]) -> Vec<Pose2> {
         (sin, cos) = turned((sin, cos), turn);
     }
     path
+}
+
+/// Moves a path as changes of the steps of a part of it do, to first order: what follows a step is shifted by its own, and turned
+/// about its end. `directions` are sines and cosines of the path's headings.
+pub(super) fn bend(path: &mut [Pose2], directions: &[(f64, f64)], part: Range<usize>, change: impl Fn(usize) -> Step) {
+    // A pose at (x, y) is moved by `shift` and `turn` times (−y, x).
+    let (mut shift, mut turn) = ([0.0; 2], 0.0);
+    for (k, pose) in path.iter_mut().enumerate().skip(part.start + 1) {
+        if k <= part.end {
+            let ([dx, dy, turned], (sin, cos)) = (change(k - 1), directions[k - 1]);
+            shift[0] += cos * dx - sin * dy + turned * pose.y;
+            shift[1] += sin * dx + cos * dy - turned * pose.x;
+            turn += turned;
+        }
+        let (x, y) = (pose.x, pose.y);
+        *pose = Pose2::new(x + shift[0] - turn * y, y + shift[1] + turn * x, pose.heading + turn);
+    }
 }
 
 /// A direction's sine and cosine turned on by a step's turn, which is little: by series that are exact to 1e-12 below 0.15 rad.
@@ -329,6 +344,24 @@ mod tests {
         assert_eq!(way(0.04).unlogged(0.3, [0.01, 0.02]), [0.0; 2]);
         let [position, heading] = way(0.04).unlogged(0.7, [0.01, 0.02]);
         assert!((position - 0.08).abs() < 1e-12 && (heading - 0.16).abs() < 1e-12, "{position} {heading}");
+    }
+
+    #[test]
+    fn a_bent_path_is_that_of_changed_steps_to_first_order() {
+        let steps: Vec<Step> = (0..40).map(|k| [0.04, 0.001 * f64::from(k % 3), 0.05 * f64::from(k % 7 - 2)]).collect();
+        let change = |k: usize| [1e-5 * (k as f64).sin(), -1e-5 * (k as f64).cos(), 1e-5 * (k % 5) as f64];
+        let start = Pose2::new(0.3, -0.2, 0.7);
+        let given = compose(start, &steps);
+        let directions: Vec<_> = given.iter().map(|pose| pose.heading.sin_cos()).collect();
+        for part in [0..40, 0..9, 13..29, 35..40, 7..7] {
+            let mut changed = steps.clone();
+            part.clone().for_each(|k| add_times(1.0, &[change(k)], &mut changed[k..=k]));
+            let mut bent = given.clone();
+            bend(&mut bent, &directions, part.clone(), change);
+            let off = compose(start, &changed).iter().zip(&bent).map(|(a, b)| a.distance(*b)).fold(0.0, f64::max);
+            // Turns add up to 1e-3 at most, over 1.6 m: half their square of it, and as much of the shift, is second order.
+            assert!(off < 1e-6, "{part:?}: {off:e}");
+        }
     }
 
     #[test]

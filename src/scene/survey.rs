@@ -49,8 +49,24 @@ impl Survey {
     /// What is read of a base at `pose` after a start at `start`, both in the room: tracked frame relative to tracked
     /// frame, scaled, turned by the start heading's error.
     pub fn reading(&self, start: Pose2, pose: Pose2) -> Pose2 {
-        let frame = self.base_from_tracked;
-        self.stated(start.compose(frame).relative(pose.compose(frame)))
+        self.readings_from(start)(pose)
+    }
+
+    /// The same of many poses after one start: what hangs on the start alone is worked out once.
+    pub fn readings_from(&self, start: Pose2) -> impl Fn(Pose2) -> Pose2 {
+        let Survey { base_from_tracked: frame, scale, start_heading_error: turned, .. } = *self;
+        let is_aside = frame.x != 0.0 || frame.y != 0.0;
+        let tracked = move |base: Pose2| match is_aside {
+            true => base.compose(frame),
+            false => Pose2 { heading: base.heading + frame.heading, ..base },
+        };
+        let start = tracked(start);
+        let (sin, cos) = (turned - start.heading).sin_cos();
+        move |pose| {
+            let pose = tracked(pose);
+            let (x, y) = (scale * (pose.x - start.x), scale * (pose.y - start.y));
+            Pose2::new(cos * x - sin * y, sin * x + cos * y, pose.heading - start.heading + turned)
+        }
     }
 
     /// A tracked pose relative to the tracked start, as it is stated.

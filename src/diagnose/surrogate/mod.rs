@@ -371,7 +371,8 @@ impl Surrogate {
             }
         };
         let frame = case.frame_stamp.map_or(path[0], |stamp| at(Some(stamp)));
-        case.readings.iter().map(|reading| survey.reading(frame, at(reading.stamp))).collect()
+        let read = survey.readings_from(frame);
+        case.readings.iter().map(|reading| read(at(reading.stamp))).collect()
     }
 
     /// The survey of a campaign under a hypothesis.
