@@ -56,21 +56,21 @@ impl Problem<'_> {
             .collect();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
         let plausible = Plausible::of(self.variants, axes);
-        let mut least: Option<(f64, Vec<(Axis, f64)>)> = None;
+        let mut least: Option<(f64, Vec<(Axis, f64)>, Linearised)> = None;
         for _ in 0..10 {
             let linear = self.linearise(&at, axes);
             let (a, b, c) = self.normal_equations(&linear);
             let local = plausible.at(&values(&at));
             let cost = c + local.cost;
-            let gained = least.as_ref().map_or(f64::INFINITY, |(least, _)| least - cost);
-            if let (true, Some((_, best))) = (gained < 0.0, &least) {
+            let gained = least.as_ref().map_or(f64::INFINITY, |(least, _, _)| least - cost);
+            if let (true, Some((_, best, _))) = (gained < 0.0, &least) {
                 // Too far: half of the way back.
                 for ((_, value), (_, best)) in at.iter_mut().zip(best) {
                     *value = 0.5 * (*value + best);
                 }
                 continue;
             }
-            least = Some((cost, at.clone()));
+            least = Some((cost, at.clone(), linear));
             let normal = a + DMatrix::from_diagonal(&local.precision);
             let Some(factor) = Cholesky::new(normal) else { break };
             let mut step = factor.solve(&(b + local.pull()));
@@ -86,10 +86,8 @@ impl Problem<'_> {
                 break;
             }
         }
-        if let Some((_, best)) = least {
-            at = best;
-        }
-        self.evidence(axes, at)
+        let (_, best, linear) = least.expect("the first look is the least so far");
+        self.evidence_by(axes, best, linear)
     }
 
     /// What a fit makes least: what readings and priors leave at `at`; responses are taken as exact.
@@ -203,7 +201,12 @@ impl Problem<'_> {
 
     /// The evidence of a hypothesis at `at`, its best coordinates, with the response's own error as unknowns.
     pub fn evidence(&self, axes: &[Axis], at: Vec<(Axis, f64)>) -> Fit {
-        let mut linear = self.linearise(&at, axes);
+        let linear = self.linearise(&at, axes);
+        self.evidence_by(axes, at, linear)
+    }
+
+    /// The same, by a linear look that was taken there.
+    fn evidence_by(&self, axes: &[Axis], at: Vec<(Axis, f64)>, mut linear: Linearised) -> Fit {
         let with_error = self.may_err(&at);
         let chi2: f64 =
             linear.residuals.iter().zip(&self.counts).map(|(residual, count)| count * residual.norm_squared()).sum();

@@ -8,7 +8,7 @@ use super::doubt::{self, MotionError};
 use super::low_rank::LowRank;
 use super::surrogate::{self, Surrogate};
 use super::variant::{Axis, Coordinates, Variant, moved_along};
-use super::way::compose;
+use super::way::{add_times, compose};
 use crate::geometry::Pose2;
 use crate::scene::{Scene, Survey};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
@@ -74,13 +74,12 @@ impl Problem<'_> {
     /// Predicted readings of one run, flattened.
     pub fn predict(&self, cluster: usize, run: usize, at: &Coordinates) -> DVector<f64> {
         let survey = self.surrogate.survey_in(self.cases[run].campaign, self.scene, at, self.variants);
-        self.predict_with(cluster, run, at, &survey)
+        self.read(run, &self.surrogate.path(cluster, run, at, self.variants), &survey)
     }
 
-    fn predict_with(&self, cluster: usize, run: usize, at: &Coordinates, survey: &Survey) -> DVector<f64> {
-        let path = self.surrogate.path(cluster, run, at, self.variants);
+    fn read(&self, run: usize, path: &[Pose2], survey: &Survey) -> DVector<f64> {
         let case = &self.cases[run];
-        flatten(case, &self.surrogate.readings(case, &self.surrogate.ways[run], &path, survey))
+        flatten(case, &self.surrogate.readings(case, &self.surrogate.ways[run], path, survey))
     }
 
     /// The coordinate's value at which nothing changes is 0 throughout.
@@ -127,12 +126,18 @@ impl Problem<'_> {
             let by_own =
                 |survey, at: &Coordinates| self.surrogate.by_clocks_of(cluster.campaign, survey, at, self.variants);
             let survey = by_own(survey, at);
-            let (case, way) = (&self.cases[reference], &self.surrogate.ways[reference]);
-            let steps = self.surrogate.steps(index, reference, at, self.variants);
-            let path = compose(way.start, &steps);
-            let read =
-                |path: &[Pose2], survey: &Survey| flatten(case, &self.surrogate.readings(case, way, path, survey));
-            let here = read(&path, &survey);
+            let common = self.surrogate.common_change((index, reference), at, self.variants);
+            let steps_of = |run: usize| match &common {
+                None => self.surrogate.steps(index, run, at, self.variants),
+                Some(change) => {
+                    let mut steps = self.surrogate.ways[run].steps.clone();
+                    add_times(1.0, change, &mut steps);
+                    steps
+                }
+            };
+            let steps = steps_of(reference);
+            let path = compose(self.surrogate.ways[reference].start, &steps);
+            let here = self.read(reference, &path, &survey);
             let mut jacobian = DMatrix::zeros(here.len(), axes.len());
             for (column, (axis, (moved, survey, step))) in axes.iter().zip(&shifted).enumerate() {
                 let survey = by_own(*survey, moved);
@@ -141,15 +146,17 @@ impl Problem<'_> {
                     self.predict_at_an_hour(index, reference, at, moved, &survey)
                 } else {
                     let to = self.surrogate.path_beyond((index, reference), (at, &steps), moved, self.variants);
-                    read(to.as_deref().unwrap_or(&path), &survey) - &here
+                    self.read(reference, to.as_deref().unwrap_or(&path), &survey) - &here
                 };
                 jacobian.set_column(column, &(there / *step));
             }
             factor.solve_lower_triangular_mut(&mut jacobian);
             columns.push(jacobian);
             for run in self.clusters[index].active(&self.counts) {
-                let predicted =
-                    if run == reference { here.clone() } else { self.predict_with(index, run, at, &survey) };
+                let predicted = match run == reference {
+                    true => here.clone(),
+                    false => self.read(run, &compose(self.surrogate.ways[run].start, &steps_of(run)), &survey),
+                };
                 let mut residual = &self.observed[run] - predicted;
                 factor.solve_lower_triangular_mut(&mut residual);
                 residuals[run] = residual;

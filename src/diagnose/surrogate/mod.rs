@@ -336,6 +336,23 @@ impl Surrogate {
         self.steps_along(cluster, &self.ways[run], at, variants)
     }
 
+    /// What a hypothesis changes of the steps of a cluster's run, where that is the same for all of its runs.
+    pub fn common_change(
+        &self,
+        (cluster, run): (usize, usize),
+        at: &Coordinates,
+        variants: &[Variant],
+    ) -> Option<Vec<Step>> {
+        let hourly = |(axis, _): &(Axis, f64)| variants[axis.variant].coordinates[axis.coordinate].hourly;
+        if at.iter().any(hourly) || errors_of_response(at, variants) != NO_ERRORS {
+            return None;
+        }
+        let way = &self.ways[run];
+        let mut change = vec![[0.0; 3]; way.steps.len()];
+        self.responses[cluster].add(at, way, variants, &mut change);
+        Some(change)
+    }
+
     /// Those of another way of the cluster's kind.
     pub fn steps_along(&self, cluster: usize, way: &Way, at: &Coordinates, variants: &[Variant]) -> Vec<Step> {
         let mut steps = way.steps.clone();
