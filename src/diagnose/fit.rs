@@ -39,6 +39,13 @@ impl Fit {
     }
 }
 
+/// The least that a fit has come to, and the look that it took there.
+struct Least {
+    cost: f64,
+    at: Vec<(Axis, f64)>,
+    linear: Linearised,
+}
+
 /// Halvings of a step until what it leaves is what a linear look foretells.
 const HALVINGS: i32 = 4;
 /// What is left over what was foretold from which on it is something else.
@@ -56,21 +63,21 @@ impl Problem<'_> {
             .collect();
         let prior: Vec<_> = axes.iter().map(|axis| self.variants[axis.variant].coordinates[axis.coordinate]).collect();
         let plausible = Plausible::of(self.variants, axes);
-        let mut least: Option<(f64, Vec<(Axis, f64)>, Linearised)> = None;
+        let mut least: Option<Least> = None;
         for _ in 0..10 {
             let linear = self.linearise(&at, axes);
             let (a, b, c) = self.normal_equations(&linear);
             let local = plausible.at(&values(&at));
             let cost = c + local.cost;
-            let gained = least.as_ref().map_or(f64::INFINITY, |(least, _, _)| least - cost);
-            if let (true, Some((_, best, _))) = (gained < 0.0, &least) {
+            let gained = least.as_ref().map_or(f64::INFINITY, |least| least.cost - cost);
+            if let (true, Some(least)) = (gained < 0.0, &least) {
                 // Too far: half of the way back.
-                for ((_, value), (_, best)) in at.iter_mut().zip(best) {
+                for ((_, value), (_, best)) in at.iter_mut().zip(&least.at) {
                     *value = 0.5 * (*value + best);
                 }
                 continue;
             }
-            least = Some((cost, at.clone(), linear));
+            least = Some(Least { cost, at: at.clone(), linear });
             let normal = a + DMatrix::from_diagonal(&local.precision);
             let Some(factor) = Cholesky::new(normal) else { break };
             let mut step = factor.solve(&(b + local.pull()));
@@ -86,8 +93,8 @@ impl Problem<'_> {
                 break;
             }
         }
-        let (_, best, linear) = least.expect("the first look is the least so far");
-        self.evidence_by(axes, best, linear)
+        let Least { at, linear, .. } = least.expect("the first look is the least so far");
+        self.evidence_by(axes, at, linear)
     }
 
     /// What a fit makes least: what readings and priors leave at `at`; responses are taken as exact.

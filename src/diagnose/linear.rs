@@ -77,7 +77,8 @@ impl Problem<'_> {
         self.read(run, &self.surrogate.path(cluster, run, at, self.variants), &survey)
     }
 
-    fn read(&self, run: usize, path: &[Pose2], survey: &Survey) -> DVector<f64> {
+    /// What is read of a run on this path, flattened.
+    pub(super) fn read(&self, run: usize, path: &[Pose2], survey: &Survey) -> DVector<f64> {
         let case = &self.cases[run];
         flatten(case, &self.surrogate.readings(case, &self.surrogate.ways[run], path, survey))
     }

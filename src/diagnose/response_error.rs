@@ -1,9 +1,8 @@
 //! What responses may err by: a tyre is not the model's tyre, and a run is not the run that stands for it.
 
-use super::case::{Case, Cluster};
-use super::linear::{Problem, flatten};
+use super::case::Cluster;
+use super::linear::Problem;
 use super::low_rank::LowRank;
-use super::surrogate::Surrogate;
 use super::variant::{Axis, Coordinates, Variant};
 use super::way::{Step, Way, bend, compose};
 use crate::geometry::Pose2;
@@ -102,8 +101,8 @@ impl Problem<'_> {
 
 /// The way of a cluster's reference run as a hypothesis changes it.
 struct Changed<'p> {
-    surrogate: &'p Surrogate,
-    case: &'p Case,
+    problem: &'p Problem<'p>,
+    run: usize,
     way: &'p Way,
     survey: Survey,
     steps: Vec<Step>,
@@ -120,19 +119,19 @@ impl<'p> Changed<'p> {
     fn by(problem: &'p Problem<'p>, cluster: usize, at: &Coordinates) -> Changed<'p> {
         let surrogate = problem.surrogate;
         let &Cluster { reference, campaign, .. } = &problem.clusters[cluster];
-        let (case, way) = (&problem.cases[reference], &surrogate.ways[reference]);
+        let way = &surrogate.ways[reference];
         let survey = surrogate.survey_in(campaign, problem.scene, at, problem.variants);
         let steps = surrogate.steps(cluster, reference, at, problem.variants);
         let path = compose(way.start, &steps);
         let directions = path.iter().map(|pose| pose.heading.sin_cos()).collect();
         let readings = DVector::zeros(0);
-        let mut changed = Changed { surrogate, case, way, survey, steps, path, directions, readings };
+        let mut changed = Changed { problem, run: reference, way, survey, steps, path, directions, readings };
         changed.readings = changed.read(&changed.path);
         changed
     }
 
     fn read(&self, path: &[Pose2]) -> DVector<f64> {
-        flatten(self.case, &self.surrogate.readings(self.case, self.way, path, &self.survey))
+        self.problem.read(self.run, path, &self.survey)
     }
 
     /// What a further change of the steps makes of the readings.

@@ -71,8 +71,7 @@ impl Survey {
 
     /// A tracked pose relative to the tracked start, as it is stated.
     pub fn stated(&self, tracked: Pose2) -> Pose2 {
-        let scaled = Pose2::new(tracked.x * self.scale, tracked.y * self.scale, tracked.heading);
-        Pose2::new(0.0, 0.0, self.start_heading_error).compose(scaled)
+        Survey { base_from_tracked: Pose2::IDENTITY, ..*self }.reading(Pose2::IDENTITY, tracked)
     }
 
     /// Stamp of a pose at `time` of the encoders' clock \[s\].
