@@ -38,11 +38,17 @@ impl Hypothesis {
 
     /// A set at its best, looked for from where each promise of it says.
     fn promised(problem: &Problem<'_>, promise: &Promise) -> Hypothesis {
-        let mut found = promise.starts.iter().map(|start| Hypothesis::of(problem, &promise.set, start));
-        let one = found.next().expect("it begins somewhere");
-        let Some(other) = found.next() else { return one };
-        let (better, worse) = if other.log_posterior > one.log_posterior { (other, one) } else { (one, other) };
-        Hypothesis { opposite: worse.fit.at, ..better }
+        let mut found: Vec<Hypothesis> =
+            promise.starts.iter().map(|start| Hypothesis::of(problem, &promise.set, start)).collect();
+        found.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+        let mut found = found.into_iter();
+        let best = found.next().expect("it begins somewhere");
+        let is_across = |other: &Hypothesis| {
+            let values = other.fit.at.iter().zip(&best.fit.at);
+            values.clone().any(|((axis, a), (_, b))| problem.surrogate.is_even(*axis) && a * b < 0.0)
+        };
+        let opposite = found.find(is_across).map(|other| other.fit.at).unwrap_or_default();
+        Hypothesis { opposite, ..best }
     }
 }
 
@@ -267,7 +273,8 @@ pub(super) fn doubted(variants: &[Variant]) -> Vec<(Axis, f64)> {
 struct Promise {
     log_posterior: f64,
     set: Set,
-    /// Where to begin its fit: on each side of 0, where what is new in it does much the same on both.
+    /// Where to begin its fit: on each side of 0, where what is new in it does much the same on both, and all along what does not go
+    /// on as it begins.
     starts: Vec<Vec<(Axis, f64)>>,
 }
 
@@ -315,6 +322,18 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
                     promise.starts.extend(other.starts);
                 }
             }
+        }
+    }
+    for promise in &mut all {
+        let new: Set = promise.set.difference(&seed.set).copied().collect();
+        for axis in axes_of(variants, &new) {
+            let begins_at = |value: f64| {
+                let mut start = promise.starts[0].clone();
+                start.iter_mut().filter(|(own, _)| *own == axis).for_each(|(_, there)| *there = value);
+                start
+            };
+            let begun: Vec<_> = problem.surrogate.waves(axis).into_iter().map(begins_at).collect();
+            promise.starts.extend(begun);
         }
     }
     all.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));

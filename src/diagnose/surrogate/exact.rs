@@ -186,7 +186,7 @@ impl Surrogate {
     }
 
     /// What `values` of one axis change in some clusters.
-    fn simulate(
+    pub(super) fn simulate(
         &self,
         bench: Bench<'_>,
         clusters: &[usize],

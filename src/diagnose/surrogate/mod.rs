@@ -9,6 +9,7 @@
 mod exact;
 mod library;
 mod response;
+mod waves;
 
 pub use library::Library;
 
@@ -60,6 +61,8 @@ pub(super) struct Surrogate {
     pub most_turning: (usize, usize),
     /// Along which causes do much the same on both sides of 0.
     even: BTreeSet<Axis>,
+    /// Along which causes do not go on as they begin.
+    wavy: BTreeSet<Axis>,
     /// Change of a cluster's steps where what a variant is of the tyres is 1 σ off, and nothing else.
     on_tyres: BTreeMap<(usize, usize), Vec<Step>>,
     /// What spots do where they are come upon elsewhere.
@@ -150,11 +153,12 @@ impl Surrogate {
             .max_by(|(_, a), (_, b)| ways[*a].turned().total_cmp(&ways[*b].turned()))
             .expect("a study has runs");
         let responses = vec![Responses::default(); clusters.len()];
-        let (even, on_tyres, elsewhere) = (BTreeSet::new(), BTreeMap::new(), BTreeMap::new());
+        let (even, wavy) = (BTreeSet::new(), BTreeSet::new());
+        let (on_tyres, elsewhere) = (BTreeMap::new(), BTreeMap::new());
         let unsteadiness = way::unsteadiness(clusters[..used].iter().map(|cluster| &ways[cluster.reference]));
         let survey = scene.survey;
         let mut surrogate =
-            Surrogate { survey, responses, ways, unsteadiness, most_turning, even, on_tyres, elsewhere };
+            Surrogate { survey, responses, ways, unsteadiness, most_turning, even, wavy, on_tyres, elsewhere };
         let axes = axes(variants, cases);
         let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
             .filter(|&cluster| known[cluster].is_none())
@@ -211,8 +215,11 @@ impl Surrogate {
         for ((cluster, axis), response) in spots.into_iter().zip(in_passing).chain(causes.into_iter().zip(whole)) {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
+        let new: Vec<usize> = (0..clusters.len()).filter(|&cluster| known[cluster].is_none()).collect();
+        surrogate.look_farther(bench, &new)?;
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
-        surrogate.even = axes.into_iter().filter(turns_back).collect();
+        surrogate.even = axes.iter().copied().filter(turns_back).collect();
+        surrogate.wavy = axes.into_iter().filter(|&axis| surrogate.is_known_farther(axis, variants)).collect();
         Ok(surrogate)
     }
 
@@ -230,6 +237,16 @@ impl Surrogate {
     /// Whether a cause does much the same on both sides of 0.
     pub fn is_even(&self, axis: Axis) -> bool {
         self.even.contains(&axis)
+    }
+
+    /// Where a cause that does not go on as it begins was simulated; nowhere of others.
+    pub fn waves(&self, axis: Axis) -> Vec<f64> {
+        let of_axis = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
+        let nodes = of_axis.flat_map(|response| response.simulated.iter().map(|node| node.at));
+        let mut all: Vec<f64> = nodes.filter(|_| self.wavy.contains(&axis)).collect();
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        all
     }
 
     /// Whether what a cause moves the robot by, `a x + b x²`, turns back within 1 σ of 0: whether `b σ` is half of `a` or more,

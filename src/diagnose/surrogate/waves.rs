@@ -1,0 +1,111 @@
+//! Where a cause does not go on as it began.
+//!
+//! A controller makes of counts that are later than a tenth of a second what no curve through lesser delays goes on to: it turns
+//! the robot by more, less, more and less again. A fit that comes from 0 stops at the first of these waves, and other causes are
+//! called for to make good what it leaves. So causes of one sign, which are those of the drivetrain and of the encoders, are
+//! simulated as far as is plausible; where one does something else there than was foretold, the way there is simulated ever more
+//! closely, until it does what is foretold, and fits begin at each place (`search`).
+
+use super::response::{Node, Response, Responses};
+use super::{Bench, Surrogate, exact};
+use crate::diagnose::forward::ForwardError;
+use crate::diagnose::variant::{Axis, Variant};
+use crate::diagnose::way::{ARM, Step, add_times, compose};
+use crate::geometry::Pose2;
+use rayon::prelude::*;
+
+/// How far a cause is plausible \[σ\].
+const FAR: f64 = 3.0;
+/// Places nearer to one another than this are not told apart \[σ\].
+const APART: f64 = 0.2;
+/// Share of what a cause does to a run's end that a curve may be off by there, and what it may be off by in any case, which hardly
+/// any survey reads \[m\].
+const ASTRAY: f64 = 0.1;
+const UNREAD: f64 = 0.001;
+
+impl Surrogate {
+    /// Simulates what causes of one sign do as far as is plausible, in `clusters` of which it is known what they do nearer by.
+    pub(super) fn look_farther(&mut self, bench: Bench<'_>, clusters: &[usize]) -> Result<(), ForwardError> {
+        // Whether there are waves is seen in the run that turns most for its time.
+        let turns = |cluster: usize| {
+            let way = &self.ways[bench.clusters[cluster].reference];
+            way.turned() / way.lasts
+        };
+        let Some(&shows) = clusters.iter().max_by(|&&a, &&b| turns(a).total_cmp(&turns(b))) else { return Ok(()) };
+        let axes = self.responses[shows].of_axis.keys().filter(|axis| is_one_sided(**axis, bench.variants));
+        let axes: Vec<Axis> = axes.copied().collect();
+        let farther = axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis));
+        let farther: Vec<Vec<Node>> = farther.collect::<Result<_, ForwardError>>()?;
+        let others: Vec<usize> = clusters.iter().copied().filter(|&cluster| cluster != shows).collect();
+        for (axis, nodes) in axes.into_iter().zip(farther).filter(|(_, nodes)| !nodes.is_empty()) {
+            let values: Vec<f64> = nodes.iter().map(|node| node.at).collect();
+            let Ok(of_others) = self.simulate(bench, &others, axis, &values) else { continue };
+            for (cluster, nodes) in of_others.into_iter().chain([(shows, nodes)]) {
+                if let Some(response) = self.responses[cluster].of_axis.get_mut(&axis) {
+                    response.simulated_at(nodes);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Whether more was simulated of a cause than what comes first, since it does not go on as it begins.
+    pub(super) fn is_known_farther(&self, axis: Axis, variants: &[Variant]) -> bool {
+        let known = |responses: &Responses| responses.of_axis.get(&axis).map_or(0, |response| response.simulated.len());
+        is_one_sided(axis, variants) && self.responses.iter().any(|it| known(it) > exact::simulations(variants, axis))
+    }
+
+    /// What an axis does in a cluster where that is not what was foretold, and about there.
+    fn astray_along(&self, bench: Bench<'_>, cluster: usize, axis: Axis) -> Result<Vec<Node>, ForwardError> {
+        let coordinate = bench.variants[axis.variant].coordinates[axis.coordinate];
+        let way = &self.ways[bench.clusters[cluster].reference];
+        let mut response = self.responses[cluster].of_axis[&axis].clone();
+        let simulated = |value: f64| -> Result<Node, ForwardError> {
+            Ok(Node::own(value, self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)])?))
+        };
+        let end = |change: &[Step]| -> Pose2 {
+            let mut steps = way.steps.clone();
+            add_times(1.0, change, &mut steps);
+            *compose(way.start, &steps).last().expect("it begins somewhere")
+        };
+        let given = end(&[]);
+
+        // Where the robot cannot be driven, there is nothing to look for.
+        let Ok(far) = simulated(coordinate.within(FAR * coordinate.std_dev)) else { return Ok(Vec::new()) };
+        let is_foretold = |response: &Response, node: &Node| {
+            let mut foretold = vec![[0.0; 3]; way.steps.len()];
+            response.add(node.at, 1.0, &mut foretold);
+            let there = end(&node.change);
+            apart(there, end(&foretold)) < UNREAD.max(ASTRAY * apart(there, given))
+        };
+        if is_foretold(&response, &far) {
+            return Ok(Vec::new());
+        }
+        let mut known: Vec<f64> = response.simulated.iter().map(|node| node.at).chain([0.0, far.at]).collect();
+        known.sort_by(f64::total_cmp);
+        let mut gaps: Vec<[f64; 2]> = known.windows(2).map(|gap| [gap[0], gap[1]]).collect();
+        let mut found = vec![far.clone()];
+        response.simulated_at(vec![far]);
+        while let Some([near, far]) = gaps.pop() {
+            if far - near < 2.0 * APART * coordinate.std_dev {
+                continue;
+            }
+            let middle = simulated(0.5 * (near + far))?;
+            if !is_foretold(&response, &middle) {
+                gaps.extend([[near, middle.at], [middle.at, far]]);
+            }
+            found.push(middle.clone());
+            response.simulated_at(vec![middle]);
+        }
+        Ok(found)
+    }
+}
+
+fn is_one_sided(axis: Axis, variants: &[Variant]) -> bool {
+    let variant = &variants[axis.variant];
+    variant.place().is_none() && variant.coordinates[axis.coordinate].one_sided
+}
+
+fn apart(one: Pose2, other: Pose2) -> f64 {
+    (one.x - other.x).hypot(one.y - other.y).hypot(ARM * (one.heading - other.heading))
+}
