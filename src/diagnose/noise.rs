@@ -259,47 +259,52 @@ impl Study<'_> {
 
     /// Averages the evidence of the leading answers, and of all that are a real alternative to them, over what the scatter may
     /// be: a handful of repeated runs tell its size to a fifth or so, and a scatter that they showed too small by chance would
-    /// make a cause of what is none.
+    /// make a cause of what is none. That of distance is drawn once a run, so that logs, which tell that of headings at every
+    /// corner, tell it no better than ends: it is averaged over by itself as well, as if its size and theirs had nothing to do
+    /// with each other.
     pub(super) fn weigh_noise(&self, ranking: &mut Ranking) {
-        const LOG_SCALES: [f64; 5] = [-0.25, 0.0, 0.25, 0.5, 0.75];
+        const LOG_SCALES: [f64; 4] = [-0.25, 0.25, 0.5, 0.75];
         const WITHIN: f64 = 15.0;
-        let best = ranking.best().log_posterior;
-        let problems: Vec<(Problem<'_>, f64)> = LOG_SCALES
-            .iter()
-            .map(|scale| {
-                let mut noise = self.noise.clone();
-                for scatter in noise.iter_mut().map(|noise| &mut noise.scatter) {
-                    for size in
-                        [&mut scatter.heading_per_corner, &mut scatter.heading_per_sqrt_metre, &mut scatter.distance]
-                    {
-                        *size *= scale.exp();
-                    }
-                }
-                let problem = self.problem_under(&noise, self.counts.clone());
-                let log_det = problem.log_det_of_noise();
-                (problem, log_det)
+        let best = ranking.best().clone();
+        let problem_of = |change: &dyn Fn(&mut Scatter)| -> (Problem<'_>, f64) {
+            let mut noise = self.noise.clone();
+            noise.iter_mut().for_each(|noise| change(&mut noise.scatter));
+            let problem = self.problem_under(&noise, self.counts.clone());
+            let log_det = problem.log_det_of_noise();
+            (problem, log_det)
+        };
+        let of_distance = |scale: f64| problem_of(&|scatter| scatter.distance *= scale.exp());
+        let of_all = |scale: f64| {
+            problem_of(&|scatter| {
+                let Scatter { heading_per_corner, heading_per_sqrt_metre, distance } = scatter;
+                [heading_per_corner, heading_per_sqrt_metre, distance]
+                    .into_iter()
+                    .for_each(|size| *size *= scale.exp());
             })
-            .collect();
-        let own = self.problem(self.counts.clone()).log_det_of_noise();
+        };
+        let own = problem_of(&|_| {});
+        let others = [LOG_SCALES.map(of_all), LOG_SCALES.map(of_distance)];
         let average = |hypothesis: &mut Hypothesis| {
             let axes = search::axes_of(&self.variants, &hypothesis.set);
-            let values: Vec<f64> = problems
-                .iter()
-                .map(|(problem, log_det)| {
-                    problem.evidence(&axes, hypothesis.fit.at.clone()).log_evidence - log_det + own
-                })
-                .collect();
-            let mean = verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln();
+            let under = |(problem, log_det): &(Problem<'_>, f64)| {
+                problem.evidence(&axes, hypothesis.fit.at.clone()).log_evidence - log_det + own.1
+            };
+            let as_learnt = under(&own);
+            let gained = others.each_ref().map(|scales| {
+                let values: Vec<f64> = scales.iter().map(under).chain([as_learnt]).collect();
+                verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln() - as_learnt
+            });
+            let mean = as_learnt + gained.iter().sum::<f64>();
             hypothesis.log_posterior += mean - hypothesis.fit.log_evidence;
             hypothesis.fit.log_evidence = mean;
         };
-        let nothing = ranking.nothing().set.clone();
-        let mut averaged: Vec<bool> = ranking
-            .hypotheses
-            .iter()
-            .enumerate()
-            .map(|(rank, h)| h.set == nothing || (rank < search::LEADING && h.log_posterior > best - WITHIN))
-            .collect();
+        // Parts of the best answer are what it has to stand against, however little they were worth under noise that was learnt
+        // with the rest of it.
+        let is_due = |(rank, h): (usize, &Hypothesis)| {
+            let leads = rank < search::LEADING && h.log_posterior > best.log_posterior - WITHIN;
+            leads || h.set.is_subset(&best.set)
+        };
+        let mut averaged: Vec<bool> = ranking.hypotheses.iter().enumerate().map(is_due).collect();
         let mut due = averaged.clone();
         // No answer is held against one that scatter of another size has spoken on before it has spoken on it itself.
         while due.contains(&true) {
