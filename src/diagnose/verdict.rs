@@ -164,11 +164,7 @@ pub(super) fn convincing<'r>(ranking: &'r Ranking, variants: &[Variant]) -> &'r 
     if log_sum(others.map(|h| h.log_posterior)) < nothing.log_posterior + REAL {
         return nothing;
     }
-    let effects = |h: &Hypothesis| -> Vec<&str> {
-        let mut ids: Vec<&str> = h.set.iter().map(|&index| variants[index].effect.id).collect();
-        ids.sort_unstable();
-        ids
-    };
+    let effects = |h: &Hypothesis| ids(&h.set, variants);
     let mut alike: BTreeMap<Vec<&str>, Vec<f64>> = BTreeMap::new();
     for h in &ranking.hypotheses {
         alike.entry(effects(h)).or_default().push(h.log_posterior);
@@ -363,23 +359,29 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
         .map(|((parameter, value), std_dev)| Found { name: parameter.name, value, std_dev })
         .collect();
 
-    // Answers that put something else in its place and are nearly as likely.
+    // Answers that put something else in its place and are nearly as likely. Which wheel or place the rest of the answer has does
+    // not matter here: one toed wheel on tracks of two widths is told from another by little.
     let most = best.set.len().max(ranking.best().set.len());
     let rest: Set = best.set.iter().copied().filter(|&other| other != index).collect();
+    let ids_of_rest = ids(&rest, variants);
     let mut confounded: Vec<&'static str> = Vec::new();
     // A real alternative, and likelier than the rest of the answer alone: what does nothing here is no cause of it.
-    let without = ranking.hypotheses.iter().find(|h| h.set == rest).map_or(f64::NEG_INFINITY, |h| h.log_posterior);
+    let is_rest = |h: &&Hypothesis| ids(&h.set, variants) == ids_of_rest;
+    let without = ranking.hypotheses.iter().find(is_rest).map_or(f64::NEG_INFINITY, |h| h.log_posterior);
     let is_likely = |h: &&Hypothesis| h.log_posterior > without.max(best.log_posterior - REAL);
-    let does_without = |h: &&Hypothesis| !h.set.contains(&index) && rest.is_subset(&h.set) && h.set.len() <= most;
-    let others: Vec<&Hypothesis> = ranking.hypotheses.iter().filter(is_likely).filter(does_without).collect();
+    let others: Vec<(&Hypothesis, Vec<&'static str>)> = ranking
+        .hypotheses
+        .iter()
+        .filter(is_likely)
+        .filter(|h| !h.set.contains(&index) && h.set.len() <= most)
+        .filter_map(|h| Some((h, beyond(ids(&h.set, variants), &ids_of_rest)?)))
+        .collect();
     // What is no less likely without a part of it says nothing for that part.
     let is_part = |it: &Hypothesis, of: &Hypothesis| it.set.len() < of.set.len() && it.set.is_subset(&of.set);
-    let is_whole = |h: &&&Hypothesis| !others.iter().any(|it| it.set != rest && is_part(it, h));
-    for other in others.iter().filter(is_whole) {
-        for id in other.set.difference(&rest).map(|&swapped| variants[swapped].effect.id) {
-            if id != variant.effect.id && !confounded.contains(&id) {
-                confounded.push(id);
-            }
+    let is_whole = |h: &Hypothesis| !others.iter().any(|(it, put)| !put.is_empty() && is_part(it, h));
+    for id in others.iter().filter(|(h, _)| is_whole(h)).flat_map(|(_, put)| put) {
+        if *id != variant.effect.id && !confounded.contains(id) {
+            confounded.push(id);
         }
     }
     let holds = |h: &&Hypothesis| h.set.iter().any(|&other| variants[other].names(variant.effect.id));
@@ -408,6 +410,22 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
         probability: probability.min(1.0),
         confounded_with: confounded,
     }
+}
+
+/// Effects of an answer, one a cause, in order.
+pub(super) fn ids(set: &Set, variants: &[Variant]) -> Vec<&'static str> {
+    let mut ids: Vec<&'static str> = set.iter().map(|&index| variants[index].effect.id).collect();
+    ids.sort_unstable();
+    ids
+}
+
+/// What of `all` is beyond `rest`; `None` where not all of that is in it.
+fn beyond(mut all: Vec<&'static str>, rest: &[&'static str]) -> Option<Vec<&'static str>> {
+    for id in rest {
+        let place = all.iter().position(|other| other == id)?;
+        all.remove(place);
+    }
+    Some(all)
 }
 
 pub(super) fn log_sum(values: impl Iterator<Item = f64> + Clone) -> f64 {
