@@ -16,6 +16,10 @@ const NEAR: f64 = 0.15;
 const NEAR_FOR_SPOTS: f64 = 0.1;
 /// The same of large causes at least, however sharp the data are.
 const NEAREST: f64 = 0.02;
+/// Answers that have one other cause than the best which are simulated as it is, and how far behind it they may be, for that is what
+/// a sum may be off by.
+const RIVALS: usize = 2;
+const OF_A_SUM: f64 = 30.0;
 /// Size from which on what a cause does was a guess at first: it is simulated at 1 σ \[σ\].
 const LARGE: f64 = 2.0;
 /// Times that leading answers are simulated on tyres that are in doubt, where that moves them.
@@ -228,7 +232,25 @@ impl Study<'_> {
         let moved = singles(ranking).filter(|_| self.was_moved());
         let wanted = leading(ranking).chain(self.large(ranking)).chain(moved);
         let refined = self.refine_at(&wanted.flat_map(|h| places(h).chain(opposite(h))).collect::<Vec<_>>());
-        Ok(self.couple(&ranking.best().fit.at)? || refined)
+        let coupled = self.couple(&ranking.best().fit.at)?;
+        Ok(self.couple_rivals(ranking) || coupled || refined)
+    }
+
+    /// Simulates together what answers hold that have one other cause than the best: against what strong causes do together, that of
+    /// others is no match as long as it is taken for a sum. Whether anything was; what cannot be driven is no rival.
+    fn couple_rivals(&mut self, ranking: &Ranking) -> bool {
+        let best = ranking.best();
+        let effects = |set: &Set| verdict::ids(set, &self.variants);
+        let of_best = effects(&best.set);
+        let is_rival = |h: &&Hypothesis| {
+            let others = effects(&h.set).iter().filter(|id| !of_best.contains(id)).count();
+            let is_other = h.set.len() == best.set.len() && others <= 1 && h.set != best.set;
+            is_other && h.log_posterior > best.log_posterior - OF_A_SUM
+        };
+        let rivals: Vec<Vec<(Axis, f64)>> =
+            ranking.hypotheses.iter().filter(is_rival).take(RIVALS).map(|h| h.fit.at.clone()).collect();
+        let (surrogate, bench) = self.bench();
+        rivals.iter().fold(false, |any, rival| surrogate.couple(bench, rival).unwrap_or(false) || any)
     }
 
     /// Simulates all that is in an answer at once, or, where pairs are all that there is to it, those; whether anything was.
