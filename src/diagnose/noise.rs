@@ -259,9 +259,8 @@ impl Study<'_> {
 
     /// Averages the evidence of the leading answers, and of all that are a real alternative to them, over what the scatter may
     /// be: a handful of repeated runs tell its size to a fifth or so, and a scatter that they showed too small by chance would
-    /// make a cause of what is none. That of distance is drawn once a run, so that logs, which tell that of headings at every
-    /// corner, tell it no better than ends: it is averaged over by itself as well, as if its size and theirs had nothing to do
-    /// with each other.
+    /// make a cause of what is none. All of it may be of another size, or that of distance alone: that is drawn once a run, so that
+    /// logs, which tell that of headings at every corner, tell it no better than ends.
     pub(super) fn weigh_noise(&self, ranking: &mut Ranking) {
         const LOG_SCALES: [f64; 4] = [-0.25, 0.25, 0.5, 0.75];
         const WITHIN: f64 = 15.0;
@@ -282,19 +281,17 @@ impl Study<'_> {
                     .for_each(|size| *size *= scale.exp());
             })
         };
-        let own = problem_of(&|_| {});
-        let others = [LOG_SCALES.map(of_all), LOG_SCALES.map(of_distance)];
+        let as_learnt = problem_of(&|_| {});
+        let own = as_learnt.1;
+        let problems: Vec<(Problem<'_>, f64)> =
+            LOG_SCALES.map(of_all).into_iter().chain(LOG_SCALES.map(of_distance)).chain([as_learnt]).collect();
         let average = |hypothesis: &mut Hypothesis| {
             let axes = search::axes_of(&self.variants, &hypothesis.set);
             let under = |(problem, log_det): &(Problem<'_>, f64)| {
-                problem.evidence(&axes, hypothesis.fit.at.clone()).log_evidence - log_det + own.1
+                problem.evidence(&axes, hypothesis.fit.at.clone()).log_evidence - log_det + own
             };
-            let as_learnt = under(&own);
-            let gained = others.each_ref().map(|scales| {
-                let values: Vec<f64> = scales.iter().map(under).chain([as_learnt]).collect();
-                verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln() - as_learnt
-            });
-            let mean = as_learnt + gained.iter().sum::<f64>();
+            let values: Vec<f64> = problems.iter().map(under).collect();
+            let mean = verdict::log_sum(values.iter().copied()) - (values.len() as f64).ln();
             hypothesis.log_posterior += mean - hypothesis.fit.log_evidence;
             hypothesis.fit.log_evidence = mean;
         };
