@@ -50,6 +50,13 @@ impl Hypothesis {
         let opposite = found.find(is_across).map(|other| other.fit.at).unwrap_or_default();
         Hypothesis { opposite, ..best }
     }
+
+    /// The same, elsewhere along one axis.
+    pub fn moved_to(&self, axis: Axis, value: f64) -> Hypothesis {
+        let mut moved = self.clone();
+        moved.fit.at.iter_mut().filter(|(own, _)| *own == axis).for_each(|(_, there)| *there = value);
+        moved
+    }
 }
 
 /// Everything that was looked at, best first.

@@ -327,7 +327,32 @@ fn spread(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize)
         total += weight;
     }
     // The best answer is one of them.
-    sum / total
+    let mut spread = sum / total;
+    for (coordinate, own) in at.iter().enumerate() {
+        let place = (coordinate, coordinate);
+        spread[place] = spread[place].max(along_waves(study, best, Axis { variant: index, coordinate }, *own));
+    }
+    spread
+}
+
+/// Parts of what is plausible \[σ\] at which a cause that does not go on as it begins is asked how likely it is.
+const ASKED: f64 = 0.1;
+
+/// Second moment about `own` of such a cause, by all that it is likely to be, and not by how that bends where it is likeliest; 0 of
+/// others. What else is in the answer stays where it is.
+fn along_waves(study: &Study<'_>, best: &Hypothesis, axis: Axis, own: f64) -> f64 {
+    let waves = study.surrogate.waves(axis);
+    let Some(farthest) = waves.last() else { return 0.0 };
+    let problem = study.problem(study.counts.clone());
+    let cost = |value: f64| problem.cost(&best.moved_to(axis, value).fit.at);
+    let least = cost(own);
+    let part = ASKED * study.variants[axis.variant].coordinates[axis.coordinate].std_dev;
+    let asked = (0..).map(|k| f64::from(k) * part).take_while(|value| value <= farthest);
+    let (moment, total) = asked.fold((0.0, 1.0), |(moment, total), value| {
+        let weight = (0.5 * (least - cost(value))).exp();
+        (moment + weight * (value - own).powi(2), total + weight)
+    });
+    moment / total
 }
 
 /// What the clocks of each of several campaigns disagree by, if an answer says that they do.
