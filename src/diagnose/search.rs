@@ -4,6 +4,7 @@ use super::fit::Fit;
 use super::linear::{self, Problem};
 use super::plausible::Plausible;
 use super::variant::{Axis, Variant};
+use super::verdict;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -71,6 +72,8 @@ const WORTH: f64 = 12.0;
 const BESIDE: f64 = 6.0;
 /// How many are gone on from.
 const BEAM: usize = 4;
+/// How many besides, that differ from those by a wheel or a place.
+const ALIKE: usize = 2;
 /// Sets of several causes that are fitted at each size.
 const PROMISES: usize = 24;
 /// Linear looks from each: what is plausible is no normal law.
@@ -129,7 +132,12 @@ impl Ranking {
             let mut seeds: Vec<&Hypothesis> =
                 known.values().filter(|h| h.set.len() == always.len() + size - 1).collect();
             seeds.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
+            let mut known_effects: BTreeSet<Vec<&str>> = BTreeSet::new();
+            let is_other = |seed: &&Hypothesis| known_effects.insert(verdict::ids(&seed.set, problem.variants));
+            let (mut seeds, mut alike): (Vec<_>, Vec<_>) = seeds.into_iter().partition(is_other);
             seeds.truncate(BEAM);
+            alike.truncate(ALIKE);
+            seeds.extend(alike);
             // What one more cause promises, by a linear look from each seed.
             let promises: Vec<Promise> = seeds.par_iter().flat_map(|seed| promises(problem, allowed, seed)).collect();
             let best_so_far = known.values().map(|h| h.log_posterior).fold(f64::NEG_INFINITY, f64::max);
