@@ -216,7 +216,7 @@ impl Surrogate {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
         let new: Vec<usize> = (0..clusters.len()).filter(|&cluster| known[cluster].is_none()).collect();
-        surrogate.look_farther(bench, &new)?;
+        surrogate.look_farther(bench, &new, used)?;
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.iter().copied().filter(turns_back).collect();
         surrogate.wavy = axes.into_iter().filter(|&axis| surrogate.is_known_farther(axis, variants)).collect();

@@ -6,7 +6,7 @@
 //! simulated as far as is plausible; where one does something else there than was foretold, the way there is simulated ever more
 //! closely, until it does what is foretold, and fits begin at each place (`search`).
 
-use super::response::{Node, Response, Responses};
+use super::response::{Node, Response};
 use super::{Bench, Surrogate, exact};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::variant::{Axis, Variant};
@@ -24,23 +24,42 @@ const ASTRAY: f64 = 0.1;
 const UNREAD: f64 = 0.001;
 
 impl Surrogate {
-    /// Simulates what causes of one sign do as far as is plausible, in `clusters` of which it is known what they do nearer by.
-    pub(super) fn look_farther(&mut self, bench: Bench<'_>, clusters: &[usize]) -> Result<(), ForwardError> {
+    /// Simulates what causes of one sign do as far as is plausible, in `clusters` of which it is known what they do nearer by. Where
+    /// that is to be is asked of the first clusters only, so many as are `used`: runs that are held out have no say in it.
+    pub(super) fn look_farther(
+        &mut self,
+        bench: Bench<'_>,
+        clusters: &[usize],
+        used: usize,
+    ) -> Result<(), ForwardError> {
+        if clusters.is_empty() {
+            return Ok(());
+        }
         // Whether there are waves is seen in the run that turns most for its time.
         let turns = |cluster: usize| {
             let way = &self.ways[bench.clusters[cluster].reference];
             way.turned() / way.lasts
         };
-        let Some(&shows) = clusters.iter().max_by(|&&a, &&b| turns(a).total_cmp(&turns(b))) else { return Ok(()) };
-        let axes = self.responses[shows].of_axis.keys().filter(|axis| is_one_sided(**axis, bench.variants));
-        let axes: Vec<Axis> = axes.copied().collect();
-        let farther = axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis));
-        let farther: Vec<Vec<Node>> = farther.collect::<Result<_, ForwardError>>()?;
+        let most = |one: &usize, other: &usize| turns(*one).total_cmp(&turns(*other));
+        let (known, new): (Vec<usize>, Vec<usize>) = (0..used).partition(|cluster| !clusters.contains(cluster));
+        let Some(shows) = known.into_iter().max_by(most).or(new.into_iter().max_by(most)) else { return Ok(()) };
+        let is_simulated = |axis: &Axis| self.responses[shows].of_axis.contains_key(axis);
+        let mut axes = exact::axes(bench.variants, bench.cases);
+        axes.retain(|axis| is_one_sided(*axis, bench.variants) && is_simulated(axis));
+        let farther: Vec<Vec<Node>> = if clusters.contains(&shows) {
+            let astray = axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis));
+            astray.collect::<Result<_, ForwardError>>()?
+        } else {
+            axes.iter().map(|&axis| self.known_farther(shows, axis, bench.variants)).collect()
+        };
         let others: Vec<usize> = clusters.iter().copied().filter(|&cluster| cluster != shows).collect();
         for (axis, nodes) in axes.into_iter().zip(farther).filter(|(_, nodes)| !nodes.is_empty()) {
             let values: Vec<f64> = nodes.iter().map(|node| node.at).collect();
-            let Ok(of_others) = self.simulate(bench, &others, axis, &values) else { continue };
-            for (cluster, nodes) in of_others.into_iter().chain([(shows, nodes)]) {
+            let Ok(mut simulated) = self.simulate(bench, &others, axis, &values) else { continue };
+            if clusters.contains(&shows) {
+                simulated.push((shows, nodes));
+            }
+            for (cluster, nodes) in simulated {
                 if let Some(response) = self.responses[cluster].of_axis.get_mut(&axis) {
                     response.simulated_at(nodes);
                 }
@@ -49,10 +68,21 @@ impl Surrogate {
         Ok(())
     }
 
+    /// What was simulated of an axis in a cluster besides what comes first.
+    fn known_farther(&self, cluster: usize, axis: Axis, variants: &[Variant]) -> Vec<Node> {
+        let variant = &variants[axis.variant];
+        let first = exact::nodes(variant, variant.coordinates[axis.coordinate]);
+        let nodes = self.responses[cluster].of_axis[&axis].simulated.iter();
+        nodes.filter(|node| !first.contains(&node.at)).cloned().collect()
+    }
+
     /// Whether more was simulated of a cause than what comes first, since it does not go on as it begins.
     pub(super) fn is_known_farther(&self, axis: Axis, variants: &[Variant]) -> bool {
-        let known = |responses: &Responses| responses.of_axis.get(&axis).map_or(0, |response| response.simulated.len());
-        is_one_sided(axis, variants) && self.responses.iter().any(|it| known(it) > exact::simulations(variants, axis))
+        let is_known = |cluster: usize| {
+            let responses = &self.responses[cluster];
+            responses.of_axis.contains_key(&axis) && !self.known_farther(cluster, axis, variants).is_empty()
+        };
+        is_one_sided(axis, variants) && (0..self.responses.len()).any(is_known)
     }
 
     /// What an axis does in a cluster where that is not what was foretold, and about there.
