@@ -390,10 +390,11 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
     let rest: Set = best.set.iter().copied().filter(|&other| other != index).collect();
     let ids_of_rest = ids(&rest, variants);
     let mut confounded: Vec<&'static str> = Vec::new();
-    // A real alternative, and likelier than the rest of the answer alone: what does nothing here is no cause of it.
+    // A real alternative, and one that the data speak for: what does nothing here is no cause of it.
     let is_rest = |h: &&Hypothesis| ids(&h.set, variants) == ids_of_rest;
-    let without = ranking.hypotheses.iter().find(is_rest).map_or(f64::NEG_INFINITY, |h| h.log_posterior);
-    let is_likely = |h: &&Hypothesis| h.log_posterior > without.max(best.log_posterior - REAL);
+    let without = ranking.hypotheses.iter().find(is_rest).map_or(f64::NEG_INFINITY, |h| h.fit.log_evidence);
+    let is_likely =
+        |h: &&Hypothesis| h.log_posterior > best.log_posterior - REAL && h.fit.log_evidence > without + CONVINCING;
     let others: Vec<(&Hypothesis, Vec<&'static str>)> = ranking
         .hypotheses
         .iter()
