@@ -250,8 +250,11 @@ impl Study<'_> {
         let rivals: Vec<Vec<(Axis, f64)>> =
             ranking.hypotheses.iter().filter(is_rival).take(RIVALS).map(|h| h.fit.at.clone()).collect();
         let (surrogate, bench) = self.bench();
-        let coupled = rivals.iter().filter(|rival| surrogate.couple(bench, rival).unwrap_or(false));
-        coupled.count() > 0
+        let mut any = false;
+        for rival in &rivals {
+            any |= surrogate.couple(bench, rival).unwrap_or(false);
+        }
+        any
     }
 
     /// Simulates all that is in an answer at once, or, where pairs are all that there is to it, those; whether anything was.

@@ -216,7 +216,7 @@ impl Surrogate {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
         let new: Vec<usize> = (0..clusters.len()).filter(|&cluster| known[cluster].is_none()).collect();
-        surrogate.look_farther(bench, &new, used)?;
+        surrogate.look_farther(bench, &new, used);
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.iter().copied().filter(turns_back).collect();
         surrogate.wavy = axes.into_iter().filter(|&axis| surrogate.is_known_farther(axis, variants)).collect();
@@ -241,9 +241,11 @@ impl Surrogate {
 
     /// Where a cause that does not go on as it begins was simulated; nowhere of others.
     pub fn waves(&self, axis: Axis) -> Vec<f64> {
+        if !self.wavy.contains(&axis) {
+            return Vec::new();
+        }
         let of_axis = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
-        let nodes = of_axis.flat_map(|response| response.simulated.iter().map(|node| node.at));
-        let mut all: Vec<f64> = nodes.filter(|_| self.wavy.contains(&axis)).collect();
+        let mut all: Vec<f64> = of_axis.flat_map(|response| response.simulated.iter().map(|node| node.at)).collect();
         all.sort_by(f64::total_cmp);
         all.dedup();
         all

@@ -26,14 +26,9 @@ const UNREAD: f64 = 0.001;
 impl Surrogate {
     /// Simulates what causes of one sign do as far as is plausible, in `clusters` of which it is known what they do nearer by. Where
     /// that is to be is asked of the first clusters only, so many as are `used`: runs that are held out have no say in it.
-    pub(super) fn look_farther(
-        &mut self,
-        bench: Bench<'_>,
-        clusters: &[usize],
-        used: usize,
-    ) -> Result<(), ForwardError> {
+    pub(super) fn look_farther(&mut self, bench: Bench<'_>, clusters: &[usize], used: usize) {
         if clusters.is_empty() {
-            return Ok(());
+            return;
         }
         // Whether there are waves is seen in the run that turns most for its time.
         let turns = |cluster: usize| {
@@ -42,13 +37,12 @@ impl Surrogate {
         };
         let most = |one: &usize, other: &usize| turns(*one).total_cmp(&turns(*other));
         let (known, new): (Vec<usize>, Vec<usize>) = (0..used).partition(|cluster| !clusters.contains(cluster));
-        let Some(shows) = known.into_iter().max_by(most).or(new.into_iter().max_by(most)) else { return Ok(()) };
+        let Some(shows) = known.into_iter().max_by(most).or(new.into_iter().max_by(most)) else { return };
         let is_simulated = |axis: &Axis| self.responses[shows].of_axis.contains_key(axis);
         let mut axes = exact::axes(bench.variants, bench.cases);
         axes.retain(|axis| is_one_sided(*axis, bench.variants) && is_simulated(axis));
         let farther: Vec<Vec<Node>> = if clusters.contains(&shows) {
-            let astray = axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis));
-            astray.collect::<Result<_, ForwardError>>()?
+            axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis)).collect()
         } else {
             axes.iter().map(|&axis| self.known_farther(shows, axis, bench.variants)).collect()
         };
@@ -65,7 +59,6 @@ impl Surrogate {
                 }
             }
         }
-        Ok(())
     }
 
     /// What was simulated of an axis in a cluster besides what comes first.
@@ -86,7 +79,7 @@ impl Surrogate {
     }
 
     /// What an axis does in a cluster where that is not what was foretold, and about there.
-    fn astray_along(&self, bench: Bench<'_>, cluster: usize, axis: Axis) -> Result<Vec<Node>, ForwardError> {
+    fn astray_along(&self, bench: Bench<'_>, cluster: usize, axis: Axis) -> Vec<Node> {
         let coordinate = bench.variants[axis.variant].coordinates[axis.coordinate];
         let way = &self.ways[bench.clusters[cluster].reference];
         let mut response = self.responses[cluster].of_axis[&axis].clone();
@@ -101,7 +94,7 @@ impl Surrogate {
         let given = end(&[]);
 
         // Where the robot cannot be driven, there is nothing to look for.
-        let Ok(far) = simulated(coordinate.within(FAR * coordinate.std_dev)) else { return Ok(Vec::new()) };
+        let Ok(far) = simulated(coordinate.within(FAR * coordinate.std_dev)) else { return Vec::new() };
         let is_foretold = |response: &Response, node: &Node| {
             let mut foretold = vec![[0.0; 3]; way.steps.len()];
             response.add(node.at, 1.0, &mut foretold);
@@ -109,7 +102,7 @@ impl Surrogate {
             apart(there, end(&foretold)) < UNREAD.max(ASTRAY * apart(there, given))
         };
         if is_foretold(&response, &far) {
-            return Ok(Vec::new());
+            return Vec::new();
         }
         let mut known: Vec<f64> = response.simulated.iter().map(|node| node.at).chain([0.0, far.at]).collect();
         known.sort_by(f64::total_cmp);
@@ -120,14 +113,14 @@ impl Surrogate {
             if far - near < 2.0 * APART * coordinate.std_dev {
                 continue;
             }
-            let middle = simulated(0.5 * (near + far))?;
+            let Ok(middle) = simulated(0.5 * (near + far)) else { continue };
             if !is_foretold(&response, &middle) {
                 gaps.extend([[near, middle.at], [middle.at, far]]);
             }
             found.push(middle.clone());
             response.simulated_at(vec![middle]);
         }
-        Ok(found)
+        found
     }
 }
 
