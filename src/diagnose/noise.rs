@@ -264,7 +264,7 @@ impl Study<'_> {
     pub(super) fn weigh_noise(&self, ranking: &mut Ranking) {
         const LOG_SCALES: [f64; 4] = [-0.25, 0.25, 0.5, 0.75];
         const WITHIN: f64 = 15.0;
-        let best = ranking.best().clone();
+        let best = ranking.best();
         let problem_of = |change: &dyn Fn(&mut Scatter)| -> (Problem<'_>, f64) {
             let mut noise = self.noise.clone();
             noise.iter_mut().for_each(|noise| change(&mut noise.scatter));

@@ -243,9 +243,9 @@ impl Study<'_> {
         let effects = |set: &Set| verdict::ids(set, &self.variants);
         let of_best = effects(&best.set);
         let is_rival = |h: &&Hypothesis| {
-            let others = effects(&h.set).iter().filter(|id| !of_best.contains(id)).count();
-            let is_other = h.set.len() == best.set.len() && others <= 1 && h.set != best.set;
-            is_other && h.log_posterior > best.log_posterior - OF_A_SUM
+            let is_near = h.log_posterior > best.log_posterior - OF_A_SUM;
+            let is_other = h.set.len() == best.set.len() && h.set != best.set;
+            is_near && is_other && effects(&h.set).iter().filter(|id| !of_best.contains(id)).count() <= 1
         };
         let rivals: Vec<Vec<(Axis, f64)>> =
             ranking.hypotheses.iter().filter(is_rival).take(RIVALS).map(|h| h.fit.at.clone()).collect();

@@ -3,7 +3,7 @@
 use super::fit::Fit;
 use super::linear::{self, Problem};
 use super::plausible::Plausible;
-use super::variant::{Axis, Variant};
+use super::variant::{Axis, Variant, moved_to};
 use super::verdict;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
@@ -50,13 +50,6 @@ impl Hypothesis {
         };
         let opposite = found.find(is_across).map(|other| other.fit.at).unwrap_or_default();
         Hypothesis { opposite, ..best }
-    }
-
-    /// The same, elsewhere along one axis.
-    pub fn moved_to(&self, axis: Axis, value: f64) -> Hypothesis {
-        let mut moved = self.clone();
-        moved.fit.at.iter_mut().filter(|(own, _)| *own == axis).for_each(|(_, there)| *there = value);
-        moved
     }
 }
 
@@ -342,11 +335,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     for promise in &mut all {
         let new: Set = promise.set.difference(&seed.set).copied().collect();
         for axis in axes_of(variants, &new) {
-            let begins_at = |value: f64| {
-                let mut start = promise.starts[0].clone();
-                start.iter_mut().filter(|(own, _)| *own == axis).for_each(|(_, there)| *there = value);
-                start
-            };
+            let begins_at = |value: f64| moved_to(&promise.starts[0], axis, value);
             let begun: Vec<_> = problem.surrogate.waves(axis).into_iter().map(begins_at).collect();
             promise.starts.extend(begun);
         }

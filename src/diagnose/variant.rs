@@ -404,6 +404,11 @@ pub(super) fn moved_along(at: &Coordinates, axis: Axis, by: f64) -> Vec<(Axis, f
     moved
 }
 
+/// A hypothesis moved to a value of an axis, which it moves along.
+pub(super) fn moved_to(at: &Coordinates, axis: Axis, value: f64) -> Vec<(Axis, f64)> {
+    at.iter().map(|&(own, there)| (own, if own == axis { value } else { there })).collect()
+}
+
 /// The causes at a hypothesis' coordinates, in the order of their variants.
 pub(super) fn causes(variants: &[Variant], at: &Coordinates) -> Vec<Cause> {
     let mut of_variant: BTreeMap<usize, Vec<f64>> = BTreeMap::new();

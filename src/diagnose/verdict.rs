@@ -7,7 +7,7 @@ use super::noise;
 use super::response_error::PARTS;
 use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::spots;
-use super::variant::{Axis, CLOCKS, Variant, causes, terms};
+use super::variant::{Axis, CLOCKS, Variant, causes, moved_to, terms};
 use super::{
     Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Suspicion, Transient, Verdict, residue,
 };
@@ -344,7 +344,7 @@ fn along_waves(study: &Study<'_>, best: &Hypothesis, axis: Axis, own: f64) -> f6
     let waves = study.surrogate.waves(axis);
     let Some(farthest) = waves.last() else { return 0.0 };
     let problem = study.problem(study.counts.clone());
-    let cost = |value: f64| problem.cost(&best.moved_to(axis, value).fit.at);
+    let cost = |value: f64| problem.cost(&moved_to(&best.fit.at, axis, value));
     let least = cost(own);
     let part = ASKED * study.variants[axis.variant].coordinates[axis.coordinate].std_dev;
     let asked = (0..).map(|k| f64::from(k) * part).take_while(|value| value <= farthest);

@@ -107,9 +107,9 @@ impl Surrogate {
             .collect();
         let known: Vec<Option<&Entry>> =
             clusters.iter().map(|cluster| library.and_then(|library| library.of(&cases[cluster.reference]))).collect();
-        let unknown = known.iter().filter(|entry| entry.is_none()).count();
+        let unknown: Vec<usize> = (0..clusters.len()).filter(|&cluster| known[cluster].is_none()).collect();
         let first: usize = axes(variants, cases).into_iter().map(|axis| simulations(variants, axis)).sum();
-        let total = AtomicUsize::new(jobs.len() + unknown * first);
+        let total = AtomicUsize::new(jobs.len() + unknown.len() * first);
         let done = AtomicUsize::new(0);
         let tick = || progress(done.fetch_add(1, Relaxed) + 1, total.load(Relaxed));
 
@@ -142,7 +142,7 @@ impl Surrogate {
         let ways: Vec<Way> = ways.into_iter().map(|way| way.expect("every run is in a cluster")).collect();
         let places = match candidates {
             Candidates::Few(_) => Vec::new(),
-            Candidates::All(Some(library)) if unknown == 0 => library.places.clone(),
+            Candidates::All(Some(library)) if unknown.is_empty() => library.places.clone(),
             Candidates::All(_) => spots::places(scene, cases, &clusters[..used], &ways),
         };
         variants.extend(places.into_iter().map(Variant::spot));
@@ -160,9 +160,9 @@ impl Surrogate {
         let mut surrogate =
             Surrogate { survey, responses, ways, unsteadiness, most_turning, even, wavy, on_tyres, elsewhere };
         let axes = axes(variants, cases);
-        let to_simulate: Vec<(usize, Axis)> = (0..clusters.len())
-            .filter(|&cluster| known[cluster].is_none())
-            .flat_map(|cluster| axes.iter().map(move |&axis| (cluster, axis)))
+        let to_simulate: Vec<(usize, Axis)> = unknown
+            .iter()
+            .flat_map(|&cluster| axes.iter().map(move |&axis| (cluster, axis)))
             .filter(|&(cluster, axis)| surrogate.concerns(scene, &clusters[cluster], &variants[axis.variant]))
             .collect();
         total.store(
@@ -215,8 +215,7 @@ impl Surrogate {
         for ((cluster, axis), response) in spots.into_iter().zip(in_passing).chain(causes.into_iter().zip(whole)) {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
-        let new: Vec<usize> = (0..clusters.len()).filter(|&cluster| known[cluster].is_none()).collect();
-        surrogate.look_farther(bench, &new, used);
+        surrogate.look_farther(bench, &unknown, used);
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.iter().copied().filter(turns_back).collect();
         surrogate.wavy = axes.into_iter().filter(|&axis| surrogate.is_known_farther(axis, variants)).collect();
@@ -244,11 +243,16 @@ impl Surrogate {
         if !self.wavy.contains(&axis) {
             return Vec::new();
         }
-        let of_axis = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
-        let mut all: Vec<f64> = of_axis.flat_map(|response| response.simulated.iter().map(|node| node.at)).collect();
+        let mut all: Vec<f64> = self.nodes_along(axis).collect();
         all.sort_by(f64::total_cmp);
         all.dedup();
         all
+    }
+
+    /// The values of an axis that were simulated in any cluster.
+    fn nodes_along(&self, axis: Axis) -> impl Iterator<Item = f64> {
+        let of_axis = self.responses.iter().filter_map(move |responses| responses.of_axis.get(&axis));
+        of_axis.flat_map(|response| response.simulated.iter().map(|node| node.at))
     }
 
     /// Whether what a cause moves the robot by, `a x + b x²`, turns back within 1 σ of 0: whether `b σ` is half of `a` or more,
@@ -340,9 +344,8 @@ impl Surrogate {
 
     /// The value of `axis` nearest to `at` that was simulated, or 0, where nothing changes.
     fn nearest(&self, axis: Axis, at: f64) -> f64 {
-        let nodes = self.responses.iter().filter_map(|responses| responses.of_axis.get(&axis));
-        let nodes = nodes.flat_map(|response| response.simulated.iter().map(|node| node.at));
-        nodes.fold(0.0, |nearest, node| if (node - at).abs() < (nearest - at).abs() { node } else { nearest })
+        self.nodes_along(axis)
+            .fold(0.0, |nearest, node| if (node - at).abs() < (nearest - at).abs() { node } else { nearest })
     }
 
     /// The way of a run under a hypothesis: its steps' ends in the room, the start first.

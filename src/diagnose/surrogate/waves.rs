@@ -10,7 +10,7 @@ use super::response::{Node, Response};
 use super::{Bench, Surrogate, exact};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::variant::{Axis, Variant};
-use crate::diagnose::way::{ARM, Step, add_times, compose};
+use crate::diagnose::way::{Step, add_times, compose, length};
 use crate::geometry::Pose2;
 use rayon::prelude::*;
 
@@ -35,16 +35,18 @@ impl Surrogate {
             let way = &self.ways[bench.clusters[cluster].reference];
             way.turned() / way.lasts
         };
-        let most = |one: &usize, other: &usize| turns(*one).total_cmp(&turns(*other));
-        let (known, new): (Vec<usize>, Vec<usize>) = (0..used).partition(|cluster| !clusters.contains(cluster));
-        let Some(shows) = known.into_iter().max_by(most).or(new.into_iter().max_by(most)) else { return };
+        let is_known = |cluster: usize| !clusters.contains(&cluster);
+        let most = |one: &usize, other: &usize| {
+            is_known(*one).cmp(&is_known(*other)).then(turns(*one).total_cmp(&turns(*other)))
+        };
+        let Some(shows) = (0..used).max_by(most) else { return };
         let is_simulated = |axis: &Axis| self.responses[shows].of_axis.contains_key(axis);
         let mut axes = exact::axes(bench.variants, bench.cases);
         axes.retain(|axis| is_one_sided(*axis, bench.variants) && is_simulated(axis));
-        let farther: Vec<Vec<Node>> = if clusters.contains(&shows) {
-            axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis)).collect()
-        } else {
+        let farther: Vec<Vec<Node>> = if is_known(shows) {
             axes.iter().map(|&axis| self.known_farther(shows, axis, bench.variants)).collect()
+        } else {
+            axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis)).collect()
         };
         let others: Vec<usize> = clusters.iter().copied().filter(|&cluster| cluster != shows).collect();
         for (axis, nodes) in axes.into_iter().zip(farther).filter(|(_, nodes)| !nodes.is_empty()) {
@@ -130,5 +132,5 @@ fn is_one_sided(axis: Axis, variants: &[Variant]) -> bool {
 }
 
 fn apart(one: Pose2, other: Pose2) -> f64 {
-    (one.x - other.x).hypot(one.y - other.y).hypot(ARM * (one.heading - other.heading))
+    length(&[one.x - other.x, one.y - other.y, one.heading - other.heading])
 }
