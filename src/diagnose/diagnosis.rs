@@ -30,7 +30,7 @@ pub struct Diagnosis {
     pub ranking: Vec<Ranked>,
     /// Probability of each effect to be at work; nothing at all is `None`.
     pub probabilities: Vec<(Option<&'static str>, f64)>,
-    /// What is likelier than nothing where nothing is named.
+    /// What is likelier than the answer by itself: a cause where nothing is named, a further one beside what is.
     pub suspicion: Option<Suspicion>,
     /// What these data could not have shown.
     pub blind_to: Vec<Blind>,
@@ -100,10 +100,10 @@ pub struct Found {
     pub std_dev: Option<f64>,
 }
 
-/// Causes that are likelier than none, and not sure enough to be named.
+/// Causes that are likelier than none, or than no further one, and not sure enough to be named.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspicion {
-    /// Odds that a cause is at work, against none.
+    /// Odds that a cause is at work, or one more than are named, against none.
     pub odds: f64,
     /// The likeliest effects, each with its probability.
     pub effects: Vec<(&'static str, f64)>,

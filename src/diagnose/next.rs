@@ -130,7 +130,11 @@ impl Study<'_> {
         if diagnosis.verdict != Verdict::Ambiguous && diagnosis.suspicion.is_none() {
             return Ok(None);
         }
-        let is_rival = |h: &&Hypothesis| ids(h) != ids(best) && h.set != ranking.nothing().set;
+        let is_further = diagnosis.verdict != Verdict::Ambiguous;
+        let is_rival = |h: &&Hypothesis| {
+            let may_stand = if is_further { h.set.len() > best.set.len() } else { h.set != ranking.nothing().set };
+            may_stand && ids(h) != ids(best)
+        };
         let Some(rival) = ranking.hypotheses.iter().find(is_rival) else { return Ok(None) };
         let name = |h: &Hypothesis| {
             let causes = h.set.iter().filter(|&&index| self.variants[index].is_cause());
@@ -139,7 +143,7 @@ impl Study<'_> {
         };
         let causes = |h: &Hypothesis| variant::causes(&self.variants, &h.fit.at);
         // The one that may be refitted comes second.
-        let (one, other) = if diagnosis.suspicion.is_some() { (rival, best) } else { (best, rival) };
+        let (one, other) = if is_further { (rival, best) } else { (best, rival) };
         next(self, (&name(one), &causes(one)), (&name(other), &causes(other)))
     }
 }

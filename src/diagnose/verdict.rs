@@ -95,13 +95,14 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         let holds = |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].names(id));
         (Some(id), ranking.hypotheses.iter().filter(holds).map(probability).sum())
     }));
+    let suspicion = if unexplained { None } else { suspicion(ranking, variants, best, &findings) };
     let (residues, remainder) = residue::residues(study, &answered)?;
     Ok(Diagnosis {
         verdict,
         misfit,
         findings,
         ranking: ranked(ranking, variants, total),
-        suspicion: if verdict == Verdict::Explained { suspicion(&probabilities) } else { None },
+        suspicion,
         probabilities,
         blind_to: blind(study),
         noise,
@@ -141,17 +142,34 @@ fn ranked(ranking: &Ranking, variants: &[Variant], total: f64) -> Vec<Ranked> {
     answers
 }
 
-/// What is clearly likelier than nothing, of the effects' probabilities.
-fn suspicion(probabilities: &[(Option<&'static str>, f64)]) -> Option<Suspicion> {
+/// What is clearly likelier than the answer by itself, and not sure enough to be named: a cause where none is, a further one
+/// where some are.
+fn suspicion(
+    ranking: &Ranking,
+    variants: &[Variant],
+    answer: &Hypothesis,
+    findings: &[Finding],
+) -> Option<Suspicion> {
     // Odds that are positive evidence [Kass & Raftery 1995, *J. Am. Stat. Assoc.* 90].
     const POSITIVE: f64 = 3.0;
     // Of an effect that is worth a word.
     const LIKELY: f64 = 0.1;
-    let nothing = probabilities.iter().find(|(id, _)| id.is_none())?.1;
-    let mut effects: Vec<(&str, f64)> =
-        probabilities.iter().filter(|(_, p)| *p > LIKELY).filter_map(|&(id, p)| Some((id?, p))).collect();
+    let (more, enough): (Vec<_>, Vec<_>) =
+        ranking.hypotheses.iter().partition(|h| h.set.len() > answer.set.len());
+    let [of_more, of_enough] = [&more, &enough].map(|some| log_sum(some.iter().map(|h| h.log_posterior)));
+    let total = log_sum([of_more, of_enough].into_iter());
+    let is_named = |id: &str| findings.iter().any(|it| it.effect == id || it.confounded_with.contains(&id));
+    let mut further: BTreeMap<&'static str, f64> = BTreeMap::new();
+    for h in more {
+        let mut effects: Vec<_> = h.set.iter().map(|&index| &variants[index]).filter(|it| it.is_cause()).collect();
+        effects.dedup_by_key(|variant| variant.effect.id);
+        for variant in effects.iter().filter(|variant| !is_named(variant.effect.id)) {
+            *further.entry(variant.effect.id).or_default() += (h.log_posterior - total).exp();
+        }
+    }
+    let mut effects: Vec<(&str, f64)> = further.into_iter().filter(|(_, p)| *p > LIKELY).collect();
     effects.sort_by(|one, other| other.1.total_cmp(&one.1));
-    let odds = (1.0 - nothing) / nothing;
+    let odds = (of_more - of_enough).exp();
     (odds > POSITIVE && !effects.is_empty()).then_some(Suspicion { odds, effects })
 }
 

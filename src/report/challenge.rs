@@ -142,6 +142,7 @@ fn draw(scored: &Scored) -> Value {
         "came_to": words(scored.tally),
         "called_for": scored.called_for,
         "called_for_as_told": scored.called_for_as_told,
+        "both_stand": scored.both_stand,
         "intervals": scored.intervals.iter().map(interval).collect::<Vec<_>>(),
         "gain": gain(scored.gain),
         "gain_on_fresh_campaign": gain(scored.gain_on_fresh),

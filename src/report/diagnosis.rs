@@ -93,15 +93,10 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
     match diagnosis.verdict {
         Verdict::Explained => match &diagnosis.suspicion {
             None => "Explained: the model as given suffices, or nothing exceeds what these data can show.".to_owned(),
-            Some(Suspicion { odds, effects }) => {
-                let names: Vec<String> = effects.iter().map(|(id, p)| format!("{id} ({})", share(*p))).collect();
-                let odds = digits(*odds);
-                format!(
-                    "Explained, as far as these data can tell: no cause is sure enough to be named, though odds of {odds} to 1 \
-                     speak for one, {}.",
-                    joined(&names, "or")
-                )
-            }
+            Some(suspected) => format!(
+                "Explained, as far as these data can tell: no cause is sure enough to be named, though {}.",
+                speaks(suspected, "one")
+            ),
         },
         Verdict::Unexplained => {
             let causes: Vec<String> =
@@ -119,7 +114,8 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
             format!("Unexplained: no known effect takes the misfit away; {nearest}.")
         }
         Verdict::Named => {
-            format!("Named: {} explain{} these data{beside}.", list(&alone), if alone.len() == 1 { "s" } else { "" })
+            let s = if alone.len() == 1 { "s" } else { "" };
+            format!("Named: {} explain{s} these data{beside}{}.", list(&alone), further(diagnosis))
         }
         Verdict::Ambiguous => {
             let groups = grouped.iter().map(|finding| {
@@ -129,9 +125,21 @@ pub fn answer(diagnosis: &Diagnosis) -> String {
             });
             let groups = groups.collect::<Vec<_>>().join("; ");
             let sure = if alone.is_empty() { String::new() } else { format!("{}; and beside that ", list(&alone)) };
-            format!("Ambiguous: {sure}{groups}{beside}. These data cannot tell which.")
+            format!("Ambiguous: {sure}{groups}{beside}. These data cannot tell which{}.", further(diagnosis))
         }
     }
+}
+
+/// What speaks for a cause that is not named.
+fn speaks(Suspicion { odds, effects }: &Suspicion, one: &str) -> String {
+    let names: Vec<String> = effects.iter().map(|(id, p)| format!("{id} ({})", share(*p))).collect();
+    format!("odds of {} to 1 speak for {one}, {}", digits(*odds), joined(&names, "or"))
+}
+
+/// The same of one beside those that are.
+fn further(diagnosis: &Diagnosis) -> String {
+    let suspected = diagnosis.suspicion.as_ref();
+    suspected.map(|it| format!("; {}, which is not sure enough", speaks(it, "a further cause"))).unwrap_or_default()
 }
 
 /// What is to be said of the extended model.

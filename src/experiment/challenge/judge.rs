@@ -5,7 +5,7 @@ use super::{Challenge, Draw, EffectsKind};
 use crate::diagnose::{Diagnosis, PairEvidence, Study, Verdict};
 use crate::effect::Cause;
 use crate::scene::Scene;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// ln of the odds within which the oracle holds effects for alike: 50.
 const ALIKE: f64 = 3.912_023_005_428_146;
@@ -43,6 +43,19 @@ pub(super) fn called_for_by_clean(draw: &Draw, oracle: Study<'_>, clean: usize) 
     let oracle = oracle.counting_for(clean as f64 / (clean + 1) as f64);
     let truth = truth_of(draw);
     calls_for(&truth, oracle.strength(), pair_evidence(&truth, &oracle))
+}
+
+/// Whether two effects together, and nothing else, are a real alternative among the answers that were weighed: within odds of 50
+/// to 1 of the likeliest, whichever wheel or place they have.
+fn both_stand(truth: &[&str], diagnosis: &Diagnosis, scene: &Scene) -> bool {
+    let mut probabilities: BTreeMap<BTreeSet<&str>, f64> = BTreeMap::new();
+    for answer in &diagnosis.ranking {
+        let effects = answer.effects.iter().map(|id| class(id, scene)).collect();
+        *probabilities.entry(effects).or_default() += answer.probability;
+    }
+    let likeliest = probabilities.values().copied().fold(0.0, f64::max);
+    let both: BTreeSet<&str> = truth.iter().copied().collect();
+    probabilities.get(&both).is_some_and(|probability| *probability > likeliest * (-ALIKE).exp())
 }
 
 /// What a draw came to, but for the gain.
@@ -183,6 +196,7 @@ pub(super) fn judge(
         tally,
         called_for: calls_for(&truth, strength, pair),
         called_for_as_told: None,
+        both_stand: (truth.len() == 2).then(|| both_stand(&truth, diagnosis, &draw.clean)),
         intervals,
         set_size: answers.iter().map(Vec::len).max(),
         regret,

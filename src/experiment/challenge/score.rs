@@ -32,6 +32,8 @@ pub struct Scored {
     pub called_for: bool,
     /// With another tyre law: the same, where the oracle, too, knows the world by clean campaigns alone.
     pub called_for_as_told: Option<bool>,
+    /// Of two effects: whether both together are within odds of 50 to 1 of the likeliest answer, be it given or not.
+    pub both_stand: Option<bool>,
     /// Parameters of true effects that were found alone.
     pub intervals: Vec<Interval>,
     /// Members of the answer's sets.
