@@ -142,20 +142,16 @@ fn ranked(ranking: &Ranking, variants: &[Variant], total: f64) -> Vec<Ranked> {
     answers
 }
 
-/// What is clearly likelier than the answer by itself, and not sure enough to be named: a cause where none is, a further one
-/// where some are.
-fn suspicion(
-    ranking: &Ranking,
-    variants: &[Variant],
-    answer: &Hypothesis,
-    findings: &[Finding],
-) -> Option<Suspicion> {
-    // Odds that are positive evidence [Kass & Raftery 1995, *J. Am. Stat. Assoc.* 90].
+/// What is likelier than the answer by itself, and not sure enough to be named: a cause where none is, a further one where some
+/// are.
+fn suspicion(ranking: &Ranking, variants: &[Variant], answer: &Hypothesis, findings: &[Finding]) -> Option<Suspicion> {
+    // Odds that are positive evidence [Kass & Raftery 1995, *J. Am. Stat. Assoc.* 90] where nothing is named. That a robot has a
+    // further cause is unlikely beforehand: where it is likelier than not, the data have said as much.
     const POSITIVE: f64 = 3.0;
+    const LIKELIER_THAN_NOT: f64 = 1.0;
     // Of an effect that is worth a word.
     const LIKELY: f64 = 0.1;
-    let (more, enough): (Vec<_>, Vec<_>) =
-        ranking.hypotheses.iter().partition(|h| h.set.len() > answer.set.len());
+    let (more, enough): (Vec<_>, Vec<_>) = ranking.hypotheses.iter().partition(|h| h.set.len() > answer.set.len());
     let [of_more, of_enough] = [&more, &enough].map(|some| log_sum(some.iter().map(|h| h.log_posterior)));
     let total = log_sum([of_more, of_enough].into_iter());
     let is_named = |id: &str| findings.iter().any(|it| it.effect == id || it.confounded_with.contains(&id));
@@ -170,7 +166,8 @@ fn suspicion(
     let mut effects: Vec<(&str, f64)> = further.into_iter().filter(|(_, p)| *p > LIKELY).collect();
     effects.sort_by(|one, other| other.1.total_cmp(&one.1));
     let odds = (of_more - of_enough).exp();
-    (odds > POSITIVE && !effects.is_empty()).then_some(Suspicion { odds, effects })
+    let wanted = if findings.is_empty() { POSITIVE } else { LIKELIER_THAN_NOT };
+    (odds > wanted && !effects.is_empty()).then_some(Suspicion { odds, effects })
 }
 
 /// The answer of the fewest causes that is hardly less likely than the best, of which no part could as well be left out; none,
@@ -483,21 +480,67 @@ mod tests {
     use super::*;
     use crate::scene::Scene;
 
-    #[test]
-    fn of_answers_that_are_alike_likely_the_one_of_fewest_causes_stands() {
-        let variants = Variant::all(&Scene::load("jnpf_4wd", "lab_floor").expect("shipped"), &[]);
-        let of = |ids: &[&str], log_posterior: f64| {
-            let place = |id: &&str| variants.iter().position(|variant| variant.names(id)).expect("it applies");
+    fn variants() -> Vec<Variant> {
+        Variant::all(&Scene::load("jnpf_4wd", "lab_floor").expect("shipped"), &[])
+    }
+
+    /// Answers of causes, each with ln of its posterior.
+    fn ranking(variants: &[Variant], answers: &[(&[&str], f64)]) -> Ranking {
+        let of = |(ids, log_posterior): &(&[&str], f64)| {
             let covariance = DMatrix::zeros(0, 0);
             let fit = Fit { at: Vec::new(), covariance, log_evidence: 0.0, chi2: 0.0, left: 0.0, strays: 0.0 };
-            Hypothesis { set: ids.iter().map(place).collect(), fit, log_posterior, opposite: Vec::new() }
+            Hypothesis { set: set(variants, ids), fit, log_posterior: *log_posterior, opposite: Vec::new() }
         };
-        let stands = |answers: &[(&[&str], f64)]| {
-            let mut ranking = Ranking { hypotheses: answers.iter().map(|(ids, at)| of(ids, *at)).collect() };
-            ranking.sort();
-            convincing(&ranking, &variants).set.clone()
+        let mut ranking = Ranking { hypotheses: answers.iter().map(of).collect() };
+        ranking.sort();
+        ranking
+    }
+
+    fn set(variants: &[Variant], ids: &[&str]) -> Set {
+        let place = |id: &&str| variants.iter().position(|variant| variant.names(id)).expect("it applies");
+        ids.iter().map(place).collect()
+    }
+
+    /// Nothing is said of a first cause below odds of 3 to 1, of a further one where it is less likely than not, nor of what is
+    /// named or cannot be told from it.
+    #[test]
+    fn a_further_cause_is_suspected_where_it_is_likelier_than_not() {
+        let variants = variants();
+        let named = |effect, confounded_with: &[&'static str]| Finding {
+            effect,
+            choice: String::new(),
+            parameters: Vec::new(),
+            probability: 1.0,
+            confounded_with: confounded_with.to_vec(),
         };
-        let set = |ids: &[&str]| of(ids, 0.0).set;
+        let suspected = |answers: &[(&[&str], f64)], findings: &[Finding]| {
+            let ranking = ranking(&variants, answers);
+            let ids: Vec<&str> = findings.iter().map(|finding| finding.effect).collect();
+            let answer = ranking.of(&set(&variants, &ids)).expect("it was weighed").clone();
+            suspicion(&ranking, &variants, &answer, findings)
+        };
+        let (one, both): (&[&str], &[&str]) = (&["floor_slope"], &["floor_slope", "stop_overrun"]);
+        for (odds, is_told) in [(2.9_f64, false), (3.1, true)] {
+            let told = suspected(&[(&[], 0.0), (one, odds.ln())], &[]);
+            assert_eq!(told.is_some(), is_told, "{told:?}");
+        }
+        for (odds, is_told) in [(0.9_f64, false), (1.1, true)] {
+            let told = suspected(&[(&[], -30.0), (one, 0.0), (both, odds.ln())], &[named("floor_slope", &[])]);
+            assert_eq!(told.is_some(), is_told, "{told:?}");
+            if let Some(told) = told {
+                assert!((told.odds - odds).abs() < 1e-9, "{told:?}");
+                assert_eq!(told.effects.iter().map(|(id, _)| *id).collect::<Vec<_>>(), ["stop_overrun"]);
+            }
+        }
+        let group = [named("floor_slope", &["stop_overrun"])];
+        assert_eq!(suspected(&[(&[], -30.0), (one, 0.0), (both, 1.0)], &group), None);
+    }
+
+    #[test]
+    fn of_answers_that_are_alike_likely_the_one_of_fewest_causes_stands() {
+        let variants = variants();
+        let stands = |answers: &[(&[&str], f64)]| convincing(&ranking(&variants, answers), &variants).set.clone();
+        let set = |ids: &[&str]| set(&variants, ids);
         let (one, two): (&[&str], &[&str]) = (&["gear_backlash"], &["floor_slope", "stop_overrun"]);
         let three: &[&str] = &["floor_slope", "stop_overrun", "survey_scale"];
         // Nearly as likely as the best, and clearly less.

@@ -11,7 +11,8 @@ pub mod sweep;
 mod table_one;
 
 pub use challenge::{
-    CampaignKind, Challenge, DataKind, Draw, EffectsKind, Interval, Score, ScoreError, Scored, Scorer, Tally, planned,
+    Call, CampaignKind, Challenge, DataKind, Draw, EffectsKind, Interval, Score, ScoreError, Scored, Scorer, Tally,
+    planned,
 };
 pub use predict::predict;
 pub use simulator::Simulator;

@@ -1,7 +1,7 @@
 //! Scores of hidden-effect challenges as tables and JSON.
 
 use super::text::{Style, table};
-use crate::experiment::{Interval, Score, Scored, Tally};
+use crate::experiment::{Call, Interval, Score, Scored, Tally};
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -19,22 +19,26 @@ pub fn binomial(hits: usize, of: usize) -> [f64; 2] {
     [((middle - half) / over).max(0.0), ((middle + half) / over).min(1.0)]
 }
 
-/// Draws of which silence, or one of two effects alone, would be a miss, and those that have their truth in the answer.
+/// Draws of which silence, or one of two effects alone, would be a miss, those that have their truth in the answer, and those of
+/// two effects that have both within odds of 50 to 1 of the likeliest answer.
 #[derive(Debug, Clone, Copy)]
 struct CalledFor {
     draws: usize,
     answered: usize,
+    stand: usize,
 }
 
 impl CalledFor {
-    fn of(score: &Score, called_for: &dyn Fn(&Scored) -> bool) -> CalledFor {
-        let draws: Vec<&Scored> = score.draws.iter().filter(|scored| called_for(scored)).collect();
+    fn of(score: &Score, called_for: &dyn Fn(&Scored) -> Option<Call>) -> CalledFor {
+        let is_called_for = |scored: &&Scored| called_for(scored).is_some_and(|call| call.for_answer);
+        let draws: Vec<&Scored> = score.draws.iter().filter(is_called_for).collect();
         let answered = draws.iter().filter(|scored| !matches!(scored.tally, Tally::Missed | Tally::Wrong)).count();
-        CalledFor { draws: draws.len(), answered }
+        let stand = draws.iter().filter(|scored| scored.both_stand == Some(true)).count();
+        CalledFor { draws: draws.len(), answered, stand }
     }
 
     fn json(self) -> Value {
-        json!({"draws": self.draws, "answered": self.answered})
+        json!({"draws": self.draws, "answered": self.answered, "both_stand": self.stand})
     }
 }
 
@@ -68,12 +72,12 @@ impl Sums {
         };
         Sums {
             runs: score.draws.len(),
-            called_for: CalledFor::of(score, &|scored| scored.called_for),
+            called_for: CalledFor::of(score, &|scored| Some(scored.called_for)),
             called_for_as_told: score
                 .draws
                 .iter()
                 .any(|scored| scored.called_for_as_told.is_some())
-                .then(|| CalledFor::of(score, &|scored| scored.called_for_as_told == Some(true))),
+                .then(|| CalledFor::of(score, &|scored| scored.called_for_as_told)),
             hidden: score.draws.iter().filter(|scored| !scored.truth.is_empty()).count(),
             covered: [covered.iter().filter(|it| **it).count(), covered.len()],
             set_size: mean(score.draws.iter().filter_map(|scored| scored.set_size.map(|size| size as f64)).collect()),
@@ -140,8 +144,10 @@ fn draw(scored: &Scored) -> Value {
         "oracle_set": scored.oracle_set,
         "answer": scored.answer,
         "came_to": words(scored.tally),
-        "called_for": scored.called_for,
-        "called_for_as_told": scored.called_for_as_told,
+        "called_for": scored.called_for.for_answer,
+        "log_odds_of_both": scored.called_for.log_odds_of_both,
+        "called_for_as_told": scored.called_for_as_told.map(|call| call.for_answer),
+        "log_odds_of_both_as_told": scored.called_for_as_told.and_then(|call| call.log_odds_of_both),
         "both_stand": scored.both_stand,
         "intervals": scored.intervals.iter().map(interval).collect::<Vec<_>>(),
         "gain": gain(scored.gain),
@@ -205,8 +211,10 @@ pub fn text(score: &Score) -> String {
         sums.regret,
         sums.seconds
     );
-    let calls = |who: &str, CalledFor { draws, answered }: CalledFor| {
-        format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs")
+    let of_two = score.draws.iter().any(|scored| scored.both_stand.is_some());
+    let calls = |who: &str, CalledFor { draws, answered, stand }: CalledFor| {
+        let stand = if of_two { format!(", {stand} have both within odds of 50 to 1 of it") } else { String::new() };
+        format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs{stand}")
     };
     let _ = write!(out, "{}", calls("the oracle, which knows the world,", sums.called_for));
     if let Some(as_told) = sums.called_for_as_told {

@@ -1,6 +1,6 @@
 //! How an answer counts against the truth and an oracle.
 
-use super::score::{Interval, Scored, Tally};
+use super::score::{Call, Interval, Scored, Tally};
 use super::{Challenge, Draw, EffectsKind};
 use crate::diagnose::{Diagnosis, PairEvidence, Study, Verdict};
 use crate::effect::Cause;
@@ -32,14 +32,15 @@ fn calls_for_both(pair: PairEvidence) -> bool {
     pair.both > pair.fewer + ALIKE
 }
 
-/// Whether silence, or one of two effects alone, would be a miss.
-fn calls_for(truth: &[&str], strength: f64, pair: Option<PairEvidence>) -> bool {
-    if truth.len() == 2 { pair.is_some_and(calls_for_both) } else { strength >= STRONG }
+/// What a draw calls for.
+fn calls_for(truth: &[&str], strength: f64, pair: Option<PairEvidence>) -> Call {
+    let for_answer = if truth.len() == 2 { pair.is_some_and(calls_for_both) } else { strength >= STRONG };
+    Call { for_answer, log_odds_of_both: pair.map(|pair| pair.both - pair.fewer) }
 }
 
 /// The same, as an oracle has it which is not told what the world is, but knows it by `clean` campaigns like the draw's alone: the
 /// difference of a campaign from the mean of k others has 1 + 1/k times its variance.
-pub(super) fn called_for_by_clean(draw: &Draw, oracle: Study<'_>, clean: usize) -> bool {
+pub(super) fn called_for_by_clean(draw: &Draw, oracle: Study<'_>, clean: usize) -> Call {
     let oracle = oracle.counting_for(clean as f64 / (clean + 1) as f64);
     let truth = truth_of(draw);
     calls_for(&truth, oracle.strength(), pair_evidence(&truth, &oracle))

@@ -6,7 +6,7 @@ mod oracle;
 mod score;
 
 pub use campaign::{CampaignKind, DataKind, planned};
-pub use score::{Interval, Score, ScoreError, Scored, Scorer, Tally};
+pub use score::{Call, Interval, Score, ScoreError, Scored, Scorer, Tally};
 
 use crate::dataset::{Dataset, DatasetError};
 use crate::drive::{self, DriveError};

@@ -28,10 +28,10 @@ pub struct Scored {
     pub answer: String,
     /// How it counts.
     pub tally: Tally,
-    /// Whether silence, or one of two effects alone, would be a miss.
-    pub called_for: bool,
+    /// What the draw calls for.
+    pub called_for: Call,
     /// With another tyre law: the same, where the oracle, too, knows the world by clean campaigns alone.
-    pub called_for_as_told: Option<bool>,
+    pub called_for_as_told: Option<Call>,
     /// Of two effects: whether both together are within odds of 50 to 1 of the likeliest answer, be it given or not.
     pub both_stand: Option<bool>,
     /// Parameters of true effects that were found alone.
@@ -49,6 +49,15 @@ pub struct Scored {
     pub gain_on_fresh: Option<[f64; 2]>,
     /// Time that the diagnosis took \[s\].
     pub seconds: f64,
+}
+
+/// What a draw calls for, by an oracle's evidence without noise.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Call {
+    /// Whether silence, or one of two effects alone, would be a miss.
+    pub for_answer: bool,
+    /// Of two effects: ln of the odds of both against one or none of the catalogue, whichever is likeliest.
+    pub log_odds_of_both: Option<f64>,
 }
 
 /// A number of a true effect that was found alone.
