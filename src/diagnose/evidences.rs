@@ -1,7 +1,9 @@
 //! Evidence for what is asked for by name: for an oracle, which knows what to ask.
 
 use super::Study;
-use super::search::{Hypothesis, Ranking};
+use super::search::{Hypothesis, Ranking, log_prior};
+use super::verdict::CONVINCING;
+use statrs::distribution::{ContinuousCDF, Normal};
 
 impl Study<'_> {
     /// Strength of the whole misfit: the root of Σ of squared whitened residuals of the model as given.
@@ -35,14 +37,19 @@ impl Study<'_> {
             causes.map(|variant| variant.effect.id).collect()
         };
         let best = |of: &dyn Fn(&[&str]) -> bool| {
-            let evidences = ranking.hypotheses.iter().filter(|h| of(&ids(h))).map(|h| h.fit.log_evidence);
-            evidences.reduce(f64::max)
+            let those = ranking.hypotheses.iter().filter(|h| of(&ids(h)));
+            those.max_by(|a, b| a.fit.log_evidence.total_cmp(&b.fit.log_evidence))
         };
         let is_pair = |ids: &[&str]| ids.len() == 2 && pair.iter().all(|id| ids.contains(id));
+        let (both, fewer) = (best(&is_pair)?, best(&|ids| ids.len() < 2)?);
+        let other = best(&|ids| ids.len() == 2 && !is_pair(ids)).map(|h| h.fit.log_evidence);
+        let prior = |h: &Hypothesis| log_prior(&self.variants, &h.set);
         Some(PairEvidence {
-            both: best(&is_pair)?,
-            fewer: best(&|ids| ids.len() < 2)?,
-            other: best(&|ids| ids.len() == 2 && !is_pair(ids)).unwrap_or(f64::NEG_INFINITY),
+            both: both.fit.log_evidence,
+            fewer: fewer.fit.log_evidence,
+            other: other.unwrap_or(f64::NEG_INFINITY),
+            left_over: (fewer.fit.left - both.fit.left).max(0.0).sqrt(),
+            takes: prior(fewer) - prior(both) + CONVINCING,
         })
     }
 }
@@ -56,4 +63,42 @@ pub struct PairEvidence {
     pub fewer: f64,
     /// Of the best other pair.
     pub other: f64,
+    /// What the best of fewer leaves of what both explain \[σ\].
+    pub left_over: f64,
+    /// ln evidence over fewer that a diagnosis takes to name both.
+    pub takes: f64,
+}
+
+impl PairEvidence {
+    /// ln of the odds of both against fewer.
+    pub fn log_odds(&self) -> f64 {
+        self.both - self.fewer
+    }
+
+    /// Chance that noise lets both be named by whoever weighs the same evidence, without any error of his own: what fewer leave, `s`
+    /// σ without noise, is then normal about that, and ln evidence is half of its square less what the sizes of one more cause cost.
+    pub fn chance(&self) -> f64 {
+        let cost = 0.5 * self.left_over.powi(2) - self.log_odds();
+        let needed = (2.0 * (self.takes + cost)).max(0.0).sqrt();
+        let normal = Normal::standard();
+        normal.sf(needed - self.left_over) + normal.cdf(-needed - self.left_over)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Half where evidence without noise is just what it takes, less or more beside that, and all but certain far beyond.
+    #[test]
+    fn noise_decides_where_evidence_is_just_enough() {
+        let of = |left_over: f64| {
+            let both = 0.5 * left_over * left_over - 2.5;
+            PairEvidence { both, fewer: 0.0, other: 0.0, left_over, takes: 6.0 }.chance()
+        };
+        let just = (2.0_f64 * 8.5).sqrt();
+        assert!((of(just) - 0.5).abs() < 1e-12, "{}", of(just));
+        assert!((of(just + 1.0) - 0.841_345).abs() < 1e-5 && (of(just - 1.0) - 0.158_655).abs() < 1e-5);
+        assert!(of(30.0) > 1.0 - 1e-12 && of(0.0) < 1e-4);
+    }
 }

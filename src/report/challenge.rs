@@ -19,13 +19,23 @@ pub fn binomial(hits: usize, of: usize) -> [f64; 2] {
     [((middle - half) / over).max(0.0), ((middle + half) / over).min(1.0)]
 }
 
-/// Draws of which silence, or one of two effects alone, would be a miss, those that have their truth in the answer, and those of
-/// two effects that have both within odds of 50 to 1 of the likeliest answer.
+/// Draws of which silence, or one of two effects alone, would be a miss, and those that have their truth in the answer.
 #[derive(Debug, Clone, Copy)]
 struct CalledFor {
     draws: usize,
     answered: usize,
+    of_two: Option<OfTwo>,
+}
+
+/// Of those draws, where each hides two effects.
+#[derive(Debug, Clone, Copy)]
+struct OfTwo {
+    /// That have both within odds of 50 to 1 of the likeliest answer.
     stand: usize,
+    /// That would have both named by whoever has the oracle's evidence, and noise.
+    at_best: f64,
+    /// … by whoever knows the world by clean campaigns alone.
+    at_best_as_told: Option<f64>,
 }
 
 impl CalledFor {
@@ -33,12 +43,37 @@ impl CalledFor {
         let is_called_for = |scored: &&Scored| called_for(scored).is_some_and(|call| call.for_answer);
         let draws: Vec<&Scored> = score.draws.iter().filter(is_called_for).collect();
         let answered = draws.iter().filter(|scored| !matches!(scored.tally, Tally::Missed | Tally::Wrong)).count();
-        let stand = draws.iter().filter(|scored| scored.both_stand == Some(true)).count();
-        CalledFor { draws: draws.len(), answered, stand }
+        let chance = |call: Call| call.pair.map_or(0.0, |pair| pair.chance());
+        let of_two = score.draws.iter().any(|scored| scored.both_stand.is_some()).then(|| OfTwo {
+            stand: draws.iter().filter(|scored| scored.both_stand == Some(true)).count(),
+            at_best: draws.iter().map(|scored| chance(scored.called_for)).sum(),
+            at_best_as_told: draws.iter().map(|scored| scored.called_for_as_told.map(chance)).sum(),
+        });
+        CalledFor { draws: draws.len(), answered, of_two }
     }
 
     fn json(self) -> Value {
-        json!({"draws": self.draws, "answered": self.answered, "both_stand": self.stand})
+        let mut json = json!({"draws": self.draws, "answered": self.answered});
+        if let Some(OfTwo { stand, at_best, at_best_as_told }) = self.of_two {
+            json["both_stand"] = stand.into();
+            json["both_named_at_best"] = at_best.into();
+            json["both_named_at_best_as_told"] = at_best_as_told.into();
+        }
+        json
+    }
+
+    /// In words: `who` calls for an answer.
+    fn words(self, who: &str) -> String {
+        let CalledFor { draws, answered, of_two } = self;
+        let mut words = format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs");
+        if let Some(OfTwo { stand, at_best, at_best_as_told }) = of_two {
+            let _ = write!(words, ", {stand} have both effects within odds of 50 to 1 of it");
+            let _ = write!(words, ", and under noise the same evidence would name both in {at_best:.1}");
+            if let Some(as_told) = at_best_as_told {
+                let _ = write!(words, ", in {as_told:.1} where the world is known by the clean campaigns alone");
+            }
+        }
+        words
     }
 }
 
@@ -145,9 +180,9 @@ fn draw(scored: &Scored) -> Value {
         "answer": scored.answer,
         "came_to": words(scored.tally),
         "called_for": scored.called_for.for_answer,
-        "log_odds_of_both": scored.called_for.log_odds_of_both,
+        "log_odds_of_both": scored.called_for.pair.map(|pair| pair.log_odds()),
         "called_for_as_told": scored.called_for_as_told.map(|call| call.for_answer),
-        "log_odds_of_both_as_told": scored.called_for_as_told.and_then(|call| call.log_odds_of_both),
+        "log_odds_of_both_as_told": scored.called_for_as_told.and_then(|call| call.pair).map(|pair| pair.log_odds()),
         "both_stand": scored.both_stand,
         "intervals": scored.intervals.iter().map(interval).collect::<Vec<_>>(),
         "gain": gain(scored.gain),
@@ -211,14 +246,9 @@ pub fn text(score: &Score) -> String {
         sums.regret,
         sums.seconds
     );
-    let of_two = score.draws.iter().any(|scored| scored.both_stand.is_some());
-    let calls = |who: &str, CalledFor { draws, answered, stand }: CalledFor| {
-        let stand = if of_two { format!(", {stand} have both within odds of 50 to 1 of it") } else { String::new() };
-        format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs{stand}")
-    };
-    let _ = write!(out, "{}", calls("the oracle, which knows the world,", sums.called_for));
+    let _ = write!(out, "{}", sums.called_for.words("the oracle, which knows the world,"));
     if let Some(as_told) = sums.called_for_as_told {
-        let _ = write!(out, "; {}", calls("one that knows it by the clean campaigns alone", as_told));
+        let _ = write!(out, "; {}", as_told.words("one that knows it by the clean campaigns alone"));
     }
     let _ = writeln!(out);
     let mut of_effect: BTreeMap<String, Vec<&Scored>> = BTreeMap::new();

@@ -29,13 +29,13 @@ fn pair_evidence(truth: &[&str], oracle: &Study<'_>) -> Option<PairEvidence> {
 }
 
 fn calls_for_both(pair: PairEvidence) -> bool {
-    pair.both > pair.fewer + ALIKE
+    pair.log_odds() > ALIKE
 }
 
 /// What a draw calls for.
 fn calls_for(truth: &[&str], strength: f64, pair: Option<PairEvidence>) -> Call {
     let for_answer = if truth.len() == 2 { pair.is_some_and(calls_for_both) } else { strength >= STRONG };
-    Call { for_answer, log_odds_of_both: pair.map(|pair| pair.both - pair.fewer) }
+    Call { for_answer, pair }
 }
 
 /// The same, as an oracle has it which is not told what the world is, but knows it by `clean` campaigns like the draw's alone: the

@@ -5,7 +5,7 @@ use super::judge::{STRONG, called_for_by_clean, judge};
 use super::oracle::{left_by, oracle};
 use super::{Challenge, EffectsKind, surveyed};
 use crate::dataset::Dataset;
-use crate::diagnose::{DiagnoseError, ForwardError, ForwardModel, Library, Options, Study};
+use crate::diagnose::{DiagnoseError, ForwardError, ForwardModel, Library, Options, PairEvidence, Study};
 use crate::drive::{self, DriveError};
 use crate::experiment::Simulator;
 use crate::scene::{Contact, Doubt, Scene};
@@ -52,12 +52,12 @@ pub struct Scored {
 }
 
 /// What a draw calls for, by an oracle's evidence without noise.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy)]
 pub struct Call {
     /// Whether silence, or one of two effects alone, would be a miss.
     pub for_answer: bool,
-    /// Of two effects: ln of the odds of both against one or none of the catalogue, whichever is likeliest.
-    pub log_odds_of_both: Option<f64>,
+    /// Of two effects: the evidence.
+    pub pair: Option<PairEvidence>,
 }
 
 /// A number of a true effect that was found alone.
