@@ -107,6 +107,31 @@ fn a_cause_is_suspected_before_it_is_named() {
     assert!(stages.is_sorted() && stages.contains(&0) && stages.contains(&1) && stages.contains(&2), "{stages:?}");
 }
 
+/// The same of a second cause beside one that is named at any time: a track that is 2 % wider, and wheels that differ more and more.
+#[test]
+fn a_further_cause_is_suspected_before_it_is_named() {
+    let given = base();
+    let (mut stages, mut library) = (Vec::new(), None);
+    for step in 0..8 {
+        let causes = [cause("effective_track", 0.02), cause("wheel_diameter_mismatch", 6e-4 * 1.15_f64.powi(step))];
+        let dataset = small(squares(&Cause::edit_all(&causes, &given), &given, DataKind::EndPoints, 5));
+        let found = diagnosed_knowing(&given, &dataset, &mut library);
+        let stage = match (found.findings.len(), &found.suspicion, &found.next_experiment) {
+            (1, None, _) => 0,
+            (1, Some(suspicion), Some(next)) => {
+                assert!(suspicion.effects.iter().any(|(id, _)| *id == "wheel_diameter_mismatch"), "{suspicion:?}");
+                assert!(next.separates[0].starts_with("effective_track and "), "{next:?}");
+                assert_eq!(next.separates[1], "effective_track", "{next:?}");
+                1
+            }
+            (2, _, _) => 2,
+            other => panic!("{other:?}"),
+        };
+        stages.push(stage);
+    }
+    assert!(stages.is_sorted() && stages.contains(&0) && stages.contains(&1) && stages.contains(&2), "{stages:?}");
+}
+
 /// Hidden effects drawn from the priors, and a clean robot in one draw of five: no wrong name, no false alarm, and names
 /// where an oracle that knows the truth could give them. Of so few draws one may be lost to noise (in 12 draws at the
 /// targets' rates of 1 to 2 % a draw, two or more would be a matter of 1 in 40). What was found foretells another campaign as
