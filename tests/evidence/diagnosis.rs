@@ -107,12 +107,13 @@ fn a_cause_is_suspected_before_it_is_named() {
     assert!(stages.is_sorted() && stages.contains(&0) && stages.contains(&1) && stages.contains(&2), "{stages:?}");
 }
 
-/// The same of a second cause beside one that is named at any time: a track that is 2 % wider, and wheels that differ more and more.
+/// The same of a second cause beside one that is named at any time: a track that is 2 % wider, and wheels that differ more and
+/// more.
 #[test]
 fn a_further_cause_is_suspected_before_it_is_named() {
     let given = base();
     let (mut stages, mut library) = (Vec::new(), None);
-    for step in 0..8 {
+    for step in 3..8 {
         let causes = [cause("effective_track", 0.02), cause("wheel_diameter_mismatch", 6e-4 * 1.15_f64.powi(step))];
         let dataset = small(squares(&Cause::edit_all(&causes, &given), &given, DataKind::EndPoints, 5));
         let found = diagnosed_knowing(&given, &dataset, &mut library);
@@ -128,6 +129,9 @@ fn a_further_cause_is_suspected_before_it_is_named() {
             other => panic!("{other:?}"),
         };
         stages.push(stage);
+        if stage == 2 {
+            break;
+        }
     }
     assert!(stages.is_sorted() && stages.contains(&0) && stages.contains(&1) && stages.contains(&2), "{stages:?}");
 }
