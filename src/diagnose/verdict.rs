@@ -145,8 +145,8 @@ fn ranked(ranking: &Ranking, variants: &[Variant], total: f64) -> Vec<Ranked> {
 /// What is likelier than the answer by itself, and not sure enough to be named: a cause where none is, a further one where some
 /// are.
 fn suspicion(ranking: &Ranking, variants: &[Variant], answer: &Hypothesis, findings: &[Finding]) -> Option<Suspicion> {
-    // Odds that are positive evidence [Kass & Raftery 1995, *J. Am. Stat. Assoc.* 90] where nothing is named. That a robot has a
-    // further cause is unlikely beforehand: where it is likelier than not, the data have said as much.
+    // Odds that are positive evidence [Kass & Raftery 1995, *J. Am. Stat. Assoc.* 90] where the answer has no cause. That a robot
+    // has a further one is unlikely beforehand: where it is likelier than not, the data have said as much.
     const POSITIVE: f64 = 3.0;
     const LIKELIER_THAN_NOT: f64 = 1.0;
     // Of an effect that is worth a word.
@@ -166,7 +166,8 @@ fn suspicion(ranking: &Ranking, variants: &[Variant], answer: &Hypothesis, findi
     let mut effects: Vec<(&str, f64)> = further.into_iter().filter(|(_, p)| *p > LIKELY).collect();
     effects.sort_by(|one, other| other.1.total_cmp(&one.1));
     let odds = (of_more - of_enough).exp();
-    let wanted = if findings.is_empty() { POSITIVE } else { LIKELIER_THAN_NOT };
+    let is_first = answer.set.iter().all(|&index| !variants[index].is_cause());
+    let wanted = if is_first { POSITIVE } else { LIKELIER_THAN_NOT };
     (odds > wanted && !effects.is_empty()).then_some(Suspicion { odds, effects })
 }
 
