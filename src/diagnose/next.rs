@@ -124,16 +124,14 @@ impl Study<'_> {
         diagnosis: &Diagnosis,
     ) -> Result<Option<NextExperiment>, DiagnoseError> {
         let best = verdict::convincing(ranking, &self.variants);
-        let ids = |h: &Hypothesis| -> Vec<&'static str> {
-            h.set.iter().map(|&index| self.variants[index].effect.id).collect()
-        };
-        if diagnosis.verdict != Verdict::Ambiguous && diagnosis.suspicion.is_none() {
+        let is_further = diagnosis.verdict != Verdict::Ambiguous;
+        if is_further && diagnosis.suspicion.is_none() {
             return Ok(None);
         }
-        let is_further = diagnosis.verdict != Verdict::Ambiguous;
-        let is_rival = |h: &&Hypothesis| {
-            let may_stand = if is_further { h.set.len() > best.set.len() } else { h.set != ranking.nothing().set };
-            may_stand && ids(h) != ids(best)
+        let ids = |h: &Hypothesis| verdict::ids(&h.set, &self.variants);
+        let is_rival = |h: &&Hypothesis| match is_further {
+            true => h.set.len() > best.set.len(),
+            false => h.set != ranking.nothing().set && ids(h) != ids(best),
         };
         let Some(rival) = ranking.hypotheses.iter().find(is_rival) else { return Ok(None) };
         let name = |h: &Hypothesis| {

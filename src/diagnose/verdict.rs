@@ -14,7 +14,7 @@ use super::{
 use crate::scene::Doubt;
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// ln of the odds at which one answer is no longer a real alternative to another.
 pub(super) const REAL: f64 = 3.912_023_005_428_146; // ln 50
@@ -95,7 +95,7 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         let holds = |h: &&Hypothesis| h.set.iter().any(|&index| variants[index].names(id));
         (Some(id), ranking.hypotheses.iter().filter(holds).map(probability).sum())
     }));
-    let suspicion = if unexplained { None } else { suspicion(ranking, variants, best, &findings) };
+    let suspicion = if unexplained { None } else { suspicion(ranking, variants, best, &findings, total) };
     let (residues, remainder) = residue::residues(study, &answered)?;
     Ok(Diagnosis {
         verdict,
@@ -143,29 +143,35 @@ fn ranked(ranking: &Ranking, variants: &[Variant], total: f64) -> Vec<Ranked> {
 }
 
 /// What is likelier than the answer by itself, and not sure enough to be named: a cause where none is, a further one where some
-/// are.
-fn suspicion(ranking: &Ranking, variants: &[Variant], answer: &Hypothesis, findings: &[Finding]) -> Option<Suspicion> {
+/// are. `total` is ln of all that answers weigh.
+fn suspicion(
+    ranking: &Ranking,
+    variants: &[Variant],
+    answer: &Hypothesis,
+    findings: &[Finding],
+    total: f64,
+) -> Option<Suspicion> {
     // Odds that are positive evidence [Kass & Raftery 1995, *J. Am. Stat. Assoc.* 90] where the answer has no cause. That a robot
     // has a further one is unlikely beforehand: where it is likelier than not, the data have said as much.
     const POSITIVE: f64 = 3.0;
     const LIKELIER_THAN_NOT: f64 = 1.0;
     // Of an effect that is worth a word.
     const LIKELY: f64 = 0.1;
-    let (more, enough): (Vec<_>, Vec<_>) = ranking.hypotheses.iter().partition(|h| h.set.len() > answer.set.len());
-    let [of_more, of_enough] = [&more, &enough].map(|some| log_sum(some.iter().map(|h| h.log_posterior)));
-    let total = log_sum([of_more, of_enough].into_iter());
     let is_named = |id: &str| findings.iter().any(|it| it.effect == id || it.confounded_with.contains(&id));
     let mut further: BTreeMap<&'static str, f64> = BTreeMap::new();
-    for h in more {
-        let mut effects: Vec<_> = h.set.iter().map(|&index| &variants[index]).filter(|it| it.is_cause()).collect();
-        effects.dedup_by_key(|variant| variant.effect.id);
-        for variant in effects.iter().filter(|variant| !is_named(variant.effect.id)) {
-            *further.entry(variant.effect.id).or_default() += (h.log_posterior - total).exp();
+    let mut likely = 0.0;
+    for h in ranking.hypotheses.iter().filter(|h| h.set.len() > answer.set.len()) {
+        let probability = (h.log_posterior - total).exp();
+        likely += probability;
+        let causes = h.set.iter().map(|&index| &variants[index]).filter(|variant| variant.is_cause());
+        let effects: BTreeSet<&'static str> = causes.map(|cause| cause.effect.id).collect();
+        for id in effects.into_iter().filter(|id| !is_named(id)) {
+            *further.entry(id).or_default() += probability;
         }
     }
     let mut effects: Vec<(&str, f64)> = further.into_iter().filter(|(_, p)| *p > LIKELY).collect();
     effects.sort_by(|one, other| other.1.total_cmp(&one.1));
-    let odds = (of_more - of_enough).exp();
+    let odds = likely / (1.0 - likely);
     let is_first = answer.set.iter().all(|&index| !variants[index].is_cause());
     let wanted = if is_first { POSITIVE } else { LIKELIER_THAN_NOT };
     (odds > wanted && !effects.is_empty()).then_some(Suspicion { odds, effects })
@@ -518,7 +524,8 @@ mod tests {
             let ranking = ranking(&variants, answers);
             let ids: Vec<&str> = findings.iter().map(|finding| finding.effect).collect();
             let answer = ranking.of(&set(&variants, &ids)).expect("it was weighed").clone();
-            suspicion(&ranking, &variants, &answer, findings)
+            let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
+            suspicion(&ranking, &variants, &answer, findings, total)
         };
         let (one, both): (&[&str], &[&str]) = (&["floor_slope"], &["floor_slope", "stop_overrun"]);
         for (odds, is_told) in [(2.9_f64, false), (3.1, true)] {

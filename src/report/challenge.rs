@@ -43,11 +43,14 @@ impl CalledFor {
         let is_called_for = |scored: &&Scored| called_for(scored).is_some_and(|call| call.for_answer);
         let draws: Vec<&Scored> = score.draws.iter().filter(is_called_for).collect();
         let answered = draws.iter().filter(|scored| !matches!(scored.tally, Tally::Missed | Tally::Wrong)).count();
-        let chance = |call: Call| call.pair.map_or(0.0, |pair| pair.chance());
+        // The sum of nothing is −0; adding zero makes it a 0.
+        let at_best = |call: &dyn Fn(&Scored) -> Option<Call>| {
+            draws.iter().filter_map(|scored| call(scored)?.pair).map(|pair| pair.chance()).sum::<f64>() + 0.0
+        };
         let of_two = score.draws.iter().any(|scored| scored.both_stand.is_some()).then(|| OfTwo {
             stand: draws.iter().filter(|scored| scored.both_stand == Some(true)).count(),
-            at_best: draws.iter().map(|scored| chance(scored.called_for)).sum(),
-            at_best_as_told: draws.iter().map(|scored| scored.called_for_as_told.map(chance)).sum(),
+            at_best: at_best(&|scored| Some(scored.called_for)),
+            at_best_as_told: is_told(score).then(|| at_best(&|scored| scored.called_for_as_told)),
         });
         CalledFor { draws: draws.len(), answered, of_two }
     }
@@ -68,13 +71,18 @@ impl CalledFor {
         let mut words = format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs");
         if let Some(OfTwo { stand, at_best, at_best_as_told }) = of_two {
             let _ = write!(words, ", {stand} have both effects within odds of 50 to 1 of it");
-            let _ = write!(words, ", and under noise the same evidence would name both in {at_best:.1}");
+            let _ = write!(words, ", and under noise the oracle's evidence would name both in {at_best:.1}");
             if let Some(as_told) = at_best_as_told {
                 let _ = write!(words, ", in {as_told:.1} where the world is known by the clean campaigns alone");
             }
         }
         words
     }
+}
+
+/// Whether there is an oracle, too, which knows the world by clean campaigns alone.
+fn is_told(score: &Score) -> bool {
+    score.draws.iter().any(|scored| scored.called_for_as_told.is_some())
 }
 
 /// Sums of a score.
@@ -108,11 +116,7 @@ impl Sums {
         Sums {
             runs: score.draws.len(),
             called_for: CalledFor::of(score, &|scored| Some(scored.called_for)),
-            called_for_as_told: score
-                .draws
-                .iter()
-                .any(|scored| scored.called_for_as_told.is_some())
-                .then(|| CalledFor::of(score, &|scored| scored.called_for_as_told)),
+            called_for_as_told: is_told(score).then(|| CalledFor::of(score, &|scored| scored.called_for_as_told)),
             hidden: score.draws.iter().filter(|scored| !scored.truth.is_empty()).count(),
             covered: [covered.iter().filter(|it| **it).count(), covered.len()],
             set_size: mean(score.draws.iter().filter_map(|scored| scored.set_size.map(|size| size as f64)).collect()),
