@@ -17,7 +17,7 @@ const NEAR_FOR_SPOTS: f64 = 0.1;
 /// The same of large causes at least, however sharp the data are.
 const NEAREST: f64 = 0.02;
 /// Answers that have one other cause than the best which are simulated as it is, and how far behind it they may be, for that is what
-/// a sum may be off by.
+/// a sum of what causes do alone may be off by.
 const RIVALS: usize = 2;
 const OF_A_SUM: f64 = 30.0;
 /// Size from which on what a cause does was a guess at first: it is simulated at 1 σ \[σ\].
@@ -72,7 +72,9 @@ impl Study<'_> {
             if !self.refine_on_tyres(&ranking)? {
                 break;
             }
-            ranking.look_anew(&self.problem(self.counts.clone()));
+            // What a cause does on other tyres is known in all answers then that hold it: one that was not looked at again would be
+            // worth less than it is.
+            ranking.look_anew_within(&self.problem(self.counts.clone()), OF_A_SUM);
             if self.options.noise.is_none() {
                 self.weigh_noise(&mut ranking);
             }

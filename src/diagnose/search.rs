@@ -216,10 +216,16 @@ impl Ranking {
 
     /// Looks at the leading answers and at none anew, where more was simulated of them.
     pub fn look_anew(&mut self, problem: &Problem<'_>) {
-        let nothing = self.nothing().set.clone();
-        let leading =
-            self.hypotheses.par_iter_mut().enumerate().filter(|(rank, h)| *rank < LEADING || h.set == nothing);
-        leading.for_each(|(_, h)| *h = Hypothesis::of(problem, &h.set, &h.fit.at));
+        self.look_anew_within(problem, 0.0);
+    }
+
+    /// The same of all that lie so little behind the best, too, where what was simulated may move each of them by as much.
+    pub fn look_anew_within(&mut self, problem: &Problem<'_>, window: f64) {
+        let (nothing, worst) = (self.nothing().set.clone(), self.best().log_posterior - window);
+        let is_due =
+            |(rank, h): &(usize, &mut Hypothesis)| *rank < LEADING || h.log_posterior > worst || h.set == nothing;
+        let due = self.hypotheses.par_iter_mut().enumerate().filter(is_due);
+        due.for_each(|(_, h)| *h = Hypothesis::of(problem, &h.set, &h.fit.at));
         self.sort();
         self.look_at_fewer(problem);
     }
