@@ -145,11 +145,12 @@ impl<'l> Replaying<'l> {
     }
 }
 
-/// A time in a log: so much of the way from the row before it to the row after it.
+/// A time in a log: so much of the time from the row before it to the row after it, which is so long \[s\].
 #[derive(Clone, Copy, Default)]
 struct Place {
     after: usize,
     part: f64,
+    lasts: f64,
 }
 
 impl Place {
@@ -159,7 +160,7 @@ impl Place {
         let after = (self.after + later).clamp(1, rows.len() - 1);
         let (t0, t1) = (rows[after - 1], rows[after]);
         let part = if t1 > t0 { ((time - t0) / (t1 - t0)).clamp(0.0, 1.0) } else { 1.0 };
-        Place { after, part }
+        Place { after, part, lasts: t1 - t0 }
     }
 }
 
@@ -167,7 +168,9 @@ impl Place {
 struct Rotation {
     /// At each row of the log \[rad\].
     angle: Vec<f64>,
-    /// Speed where the log begins \[rad/s\]; 0 where it begins at rest.
+    /// Speed there \[rad/s\].
+    speed: Vec<f64>,
+    /// That where the log begins, as it is brought up to it \[rad/s\]; 0 where it begins at rest.
     initial_speed: f64,
     /// How long it is held before that \[s\].
     held: f64,
@@ -201,13 +204,18 @@ impl Rotation {
                 *angle += coasting.direction * overrun * coasting.part(time);
             }
         }
-        let initial_speed = initial_speed(&log.time, &angle);
-        Rotation { angle, initial_speed, held: held(drivetrain) }
+        let (speed, initial_speed) = (speeds(&log.time, &angle), initial_speed(&log.time, &angle));
+        Rotation { angle, speed, initial_speed, held: held(drivetrain) }
     }
 
-    /// \[rad\]
-    fn at(&self, place: Place) -> f64 {
-        between(&self.angle, place)
+    /// Between rows, by the cubic that has the rows' angles and speeds [Hermite] \[rad\]: a wheel that jumped from one mean speed
+    /// to the next would slip by it.
+    fn at(&self, Place { after, part, lasts }: Place) -> f64 {
+        let [from, to] = [after - 1, after].map(|row| self.angle[row]);
+        let [setting_out, arriving] = [after - 1, after].map(|row| self.speed[row] * lasts);
+        let way = to - from;
+        let (square, cube) = (3.0 * way - 2.0 * setting_out - arriving, setting_out + arriving - 2.0 * way);
+        from + part * (setting_out + part * (square + part * cube))
     }
 
     /// Rotation at `time` < 0 before the log \[rad\]: up to the initial speed, then at it.
@@ -226,8 +234,25 @@ fn held(drivetrain: &Drivetrain) -> f64 {
     if drivetrain.wind_up.unwrap_or_default() > 0.0 { WOUND_UP } else { RUN_UP[1] }
 }
 
-/// \[rad\]
-fn between(angle: &[f64], Place { after, part }: Place) -> f64 {
+/// Speeds at each row \[rad/s\]: a parabola's through its neighbours, as far as no angle between rows is beyond those of the rows
+/// [Steffen, *Astron. Astrophys.* 239 (1990) 443–450]: a wheel that stands between counts stands.
+fn speeds(time: &[f64], angle: &[f64]) -> Vec<f64> {
+    let means: Vec<(f64, f64)> = (1..time.len())
+        .map(|row| (time[row] - time[row - 1], angle[row] - angle[row - 1]))
+        .map(|(lasts, way)| (lasts, if lasts > 0.0 { way / lasts } else { 0.0 }))
+        .collect();
+    let inner = means.windows(2).map(|pair| {
+        let [(before, first), (after, second)] = [pair[0], pair[1]];
+        let parabola = (first * after + second * before) / (before + after).max(f64::MIN_POSITIVE);
+        let least = first.abs().min(second.abs()).min(0.5 * parabola.abs());
+        if first * second > 0.0 { 2.0 * least.copysign(first) } else { 0.0 }
+    });
+    let ends = [means.first(), means.last()].map(|mean| mean.map_or(0.0, |(_, speed)| *speed));
+    std::iter::once(ends[0]).chain(inner).chain([ends[1]]).collect()
+}
+
+/// On a line between rows \[rad\].
+fn between(angle: &[f64], Place { after, part, .. }: Place) -> f64 {
     angle[after - 1] + part * (angle[after] - angle[after - 1])
 }
 
@@ -295,6 +320,36 @@ fn before(run_up: f64, wheels: &[Rotation], scene: &Scene, start: Pose2) -> Pose
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Between rows a wheel is where its law has it, to the third order where that is smooth; it goes beyond no row, and stands
+    /// where it stood.
+    #[test]
+    fn wheels_turn_smoothly_between_rows() {
+        let off = |rate: f64| {
+            let time: Vec<f64> = (0..).map(|row| f64::from(row) / rate).take_while(|time| *time <= 2.0).collect();
+            let law = |time: f64| 0.5 * time * time + 0.1 * time;
+            let angle: Vec<f64> = time.iter().map(|&time| law(time)).collect();
+            let speed = speeds(&time, &angle);
+            let wheel = Rotation { angle, speed, initial_speed: 0.0, held: 0.0 };
+            // The outermost rows have one neighbour only.
+            (10..190)
+                .map(|k| 0.01 * f64::from(k))
+                .map(|at| (wheel.at(Place::default().on_to(&time, at)) - law(at)).abs())
+                .fold(0.0, f64::max)
+        };
+        assert!(off(20.0) < 1e-12 && off(50.0) < 1e-12, "{} {}", off(20.0), off(50.0));
+        let time = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0];
+        let angle = vec![0.0, 0.0, 5.0, 6.0, 6.0, 4.0];
+        let speed = speeds(&time, &angle);
+        let wheel = Rotation { angle: angle.clone(), speed, initial_speed: 0.0, held: 0.0 };
+        for k in 0..500 {
+            let at = 0.01 * f64::from(k);
+            let (place, row) = (Place::default().on_to(&time, at), at as usize);
+            let [low, high] = [angle[row].min(angle[row + 1]), angle[row].max(angle[row + 1])];
+            let angle = wheel.at(place);
+            assert!((low - 1e-12..=high + 1e-12).contains(&angle), "{angle} at {at}");
+        }
+    }
 
     /// Forward, a stop, backward, a stop, a stop again.
     #[test]
