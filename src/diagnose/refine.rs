@@ -22,8 +22,10 @@ const RIVALS: usize = 2;
 const OF_A_SUM: f64 = 30.0;
 /// Size from which on what a cause does was a guess at first: it is simulated at 1 σ \[σ\].
 const LARGE: f64 = 2.0;
-/// Times that leading answers are simulated on tyres that are in doubt, where that moves them.
+/// Times that leading answers are simulated on tyres that are in doubt, where that moves them, and how far behind the best those
+/// may be that are looked at again then: one that holds the same causes gains a dozen by it.
 const ON_TYRES: usize = 3;
+const OF_TYRES: f64 = 30.0;
 /// Halvings between no change and one under which the robot cannot be driven.
 const HALVINGS: usize = 4;
 /// Times that a spot is followed to a better one beside it, and how far at a time \[m\].
@@ -74,7 +76,7 @@ impl Study<'_> {
             }
             // What a cause does on other tyres is known in all answers then that hold it: one that was not looked at again would be
             // worth less than it is.
-            ranking.look_anew_within(&self.problem(self.counts.clone()), OF_A_SUM);
+            ranking.look_anew_within(&self.problem(self.counts.clone()), OF_TYRES);
             if self.options.noise.is_none() {
                 self.weigh_noise(&mut ranking);
             }

@@ -1208,19 +1208,23 @@ fn replay_error(scene: &Scene, run: &Run, times: &[f64], truth: &[Pose2]) -> (f6
     (position, heading)
 }
 
-/// What the log leaves open, with the robot within `reach` \[m\] of where it started and turning by `turn` \[rad\] in all. Each
-/// side is known to half a tick at both ends of any stretch: two ticks of both sides over the track. Between rows of 20 ms a
-/// straight line stands for a way that accelerates, a dt²/8 aside, twice where the driver's commands step. A staircase of
-/// ticks shakes the slip of a scrubbing tyre by δ = tick/20 ms, 4 % of its slip speed, which takes (δ/e)²/24 of the
-/// friction: below 1e-4 of the turn. A position inherits the heading's error over the reach.
+/// What the log leaves open, with the robot within `reach` \[m\] of where it started and turning by `turn` \[rad\] in all. Between
+/// rows of 20 ms a way that accelerates is no farther aside than a straight line would be, a dt²/8, twice where the driver's
+/// commands step. A staircase of ticks shakes the slip of a scrubbing tyre by δ = tick/20 ms, 4 % of its slip speed, which takes
+/// (δ/e)²/24 of the friction: below 1e-4 of the turn.
 fn left_open(scene: &Scene, reach: f64, turn: f64) -> (f64, f64) {
+    open_by(scene, 0.02f64.powi(2) / 4.0, reach, 1e-4 * turn)
+}
+
+/// The same where an acceleration takes a wheel so many s² times it aside, and the heading is off by `slip` besides. Each side is
+/// known to half a tick at both ends of any stretch: two ticks of both sides over the track. A position inherits the heading's
+/// error over the reach.
+fn open_by(scene: &Scene, aside: f64, reach: f64, slip: f64) -> (f64, f64) {
     let (way, heading) = tick(scene);
     let driver = &scene.robot.driver;
     let b = scene.robot.odometry.track_width;
-    let between_rows = 0.02f64.powi(2) / 4.0;
-    let heading =
-        2.0 * heading + between_rows * (2.0 * driver.acceleration / b).max(driver.turn_acceleration) + 1e-4 * turn;
-    (2.0 * way + between_rows * driver.acceleration + heading * reach, heading)
+    let heading = 2.0 * heading + aside * (2.0 * driver.acceleration / b).max(driver.turn_acceleration) + slip;
+    (2.0 * way + aside * driver.acceleration + heading * reach, heading)
 }
 
 /// Replaying a run's own log makes the wheels turn as they turned, and so the body moves as it moved.
@@ -1242,8 +1246,8 @@ fn a_replay_of_its_own_log_goes_where_the_run_went() {
 }
 
 /// Between rows wheels turn as smoothly as they did: three rows of four left out, which leaves 12.5 Hz, a replay ends where that of
-/// the whole log does. It is known to two ticks of both sides, and a parabola through three rows is a dt²/32 aside where an
-/// acceleration sets in, twice where the driver's commands step. On straight lines between rows it turned 5.6 mrad less a square.
+/// the whole log does. A parabola through three rows is a dt²/32 aside where an acceleration sets in, twice where the driver's
+/// commands step. On straight lines between rows it turned 5.6 mrad less a square.
 #[test]
 fn a_replay_of_few_rows_goes_where_that_of_all_goes() {
     ["jnpf_4wd", "optiodom", "husky_a200"].into_par_iter().for_each(|robot| {
@@ -1261,11 +1265,7 @@ fn a_replay_of_few_rows_goes_where_that_of_all_goes() {
         log.time = rows.iter().map(|&row| log.time[row]).collect();
         let (whole, few) = (end(&run.measured), end(&thinned));
         let (position, heading) = (few.distance(whole), (few.heading - whole.heading).abs());
-        let ((way, angle), driver) = (tick(&scene), &scene.robot.driver);
-        let aside = 0.08f64.powi(2) / 16.0;
-        let turn = driver.turn_acceleration.max(2.0 * driver.acceleration / scene.robot.odometry.track_width);
-        let open_heading = 2.0 * angle + aside * turn;
-        let open = 2.0 * way + aside * driver.acceleration + 1.5 * open_heading;
+        let (open, open_heading) = open_by(&scene, 0.08f64.powi(2) / 16.0, 1.5, 0.0);
         assert!(
             position < open && heading < open_heading,
             "{robot}: {position:.2e} of {open:.2e} m, {heading:.2e} of {open_heading:.2e} rad"
