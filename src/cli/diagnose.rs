@@ -4,11 +4,12 @@ use super::options::{positive, set_threads};
 use super::output;
 use super::progress::{progress_bar, simulations};
 use super::watch::stop_on_ctrl_c;
+use crate::calibrate;
 use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
 use crate::effect::{Cause, ExtendedModel, load_scene};
 use crate::experiment::Simulator;
-use crate::report::{diagnosis, json::DiagnosisJson, page};
+use crate::report::{check, diagnosis, json::DiagnosisJson, page};
 use crate::scene::{Doubt, ROBOTS, WORLDS};
 use anyhow::Context;
 use clap::Args;
@@ -61,6 +62,13 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::expect_new(arguments.out.as_deref())?;
     let read = |paths: &[PathBuf]| paths.iter().map(|path| Dataset::read(path)).collect::<Result<Vec<_>, _>>();
     let (datasets, hold_out) = (read(&arguments.datasets)?, read(&arguments.hold_out)?);
+    // A mistake of noting or wiring is no cause, and may take minutes to be called unexplained.
+    let checked = datasets.iter().chain(&hold_out).map(|dataset| (dataset, calibrate::check(dataset)));
+    let wrong: Vec<_> = checked.filter(|(_, suspicions)| !suspicions.is_empty()).collect();
+    let cautions = check::cautions(&wrong);
+    for words in &cautions {
+        eprintln!("look at the data first: {words}");
+    }
     let (robot, world) = models(arguments, &datasets[0])?;
     let given = load_scene(&robot, &world)?;
     let settings = Cause::from_settings(&arguments.settings, &given)?;
@@ -107,7 +115,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     std::fs::write(&model, extended.to_toml()).with_context(|| model.display().to_string())?;
     let model = std::path::absolute(&model).with_context(|| model.display().to_string())?;
-    let json = serde_json::to_string_pretty(&DiagnosisJson::new(&found, gain.as_ref(), &model))?;
+    let looks_wrong = wrong.iter().map(|(dataset, suspicions)| check::CheckJson::new(dataset, suspicions)).collect();
+    let json = serde_json::to_string_pretty(&DiagnosisJson::new(&found, gain.as_ref(), looks_wrong, &model))?;
     std::fs::write(folder.join("diagnosis.json"), &json).with_context(|| folder.display().to_string())?;
     let data: Vec<PathBuf> = arguments.datasets.iter().chain(&arguments.hold_out).cloned().collect();
     let title = format!("What {} gets wrong about {}", given.robot.name, names(&datasets));
@@ -121,8 +130,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let provenance = output::provenance(None, &data)?;
     // What a campaign left is numbers for the next diagnosis; a reader sees it in the figures.
     let text = ExtendedModel { residues: Vec::new(), ..extended }.to_toml();
-    output::report(&folder, &page::diagnosis::page(title, &found, gain.as_ref(), &text, provenance))?;
-    let report = diagnosis::diagnosis(&found, gain.as_ref());
+    output::report(&folder, &page::diagnosis::page(title, &found, gain.as_ref(), &cautions, &text, provenance))?;
+    let report = diagnosis::diagnosis(&found, gain.as_ref(), &cautions);
     std::fs::write(folder.join("report.txt"), &report).with_context(|| folder.display().to_string())?;
     if arguments.json {
         println!("{json}");

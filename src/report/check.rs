@@ -43,6 +43,14 @@ impl CheckJson {
     }
 }
 
+/// What looks wrong with campaigns, a sentence or a few each, for whoever goes on with them nevertheless.
+pub fn cautions(campaigns: &[(&Dataset, Vec<Suspicion>)]) -> Vec<String> {
+    let of_one = |(dataset, suspicions): &(&Dataset, Vec<Suspicion>)| -> Vec<String> {
+        suspicions.iter().map(|suspicion| format!("{}: {suspicion}", dataset.campaign.name)).collect()
+    };
+    campaigns.iter().flat_map(of_one).collect()
+}
+
 /// A description of the campaign, then what is suspicious.
 pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
     let mut text = String::new();

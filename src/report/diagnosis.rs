@@ -17,9 +17,12 @@ const MOST_ANSWERS: usize = 8;
 /// Answers that are no longer worth a line.
 const NEGLIGIBLE: f64 = 5e-4;
 
-/// The report for a terminal.
-pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>) -> String {
+/// The report for a terminal, after what looks wrong with the data themselves.
+pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>, cautions: &[String]) -> String {
     let mut out = String::new();
+    for words in cautions {
+        let _ = writeln!(out, "Look at the data first. {words}\n");
+    }
     let _ = writeln!(out, "{}\n", answer(diagnosis));
     let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Terminal) };
     out.push_str(&draw(findings(diagnosis)));

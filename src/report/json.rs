@@ -1,5 +1,6 @@
 //! The JSON of each command. Keys carry their units; they are part of the interface.
 
+use super::check::CheckJson;
 use crate::calibrate::{Calibration, CentreOfGravity, Estimate, MethodOutcome, Parameter, Score};
 use crate::diagnose::{Blind, Diagnosis, Gain, Verdict};
 use crate::drive::SimulatedRun;
@@ -81,6 +82,8 @@ pub struct DiagnosisJson {
     /// What is left of the ends of these runs, by the fit and by the extended model.
     remainder: Option<RemainderJson>,
     left_out: Vec<String>,
+    /// What looks wrong with the campaigns themselves, and may be behind the answer.
+    looks_wrong: Vec<CheckJson>,
     extended_model: String,
 }
 
@@ -215,8 +218,13 @@ fn finite(value: f64) -> Option<f64> {
 }
 
 impl DiagnosisJson {
-    /// `extended_model` is the absolute path of the written model.
-    pub fn new(diagnosis: &Diagnosis, gain: Option<&Gain>, extended_model: &Path) -> DiagnosisJson {
+    /// `looks_wrong` is of the campaigns with which something does, `extended_model` the absolute path of the written model.
+    pub fn new(
+        diagnosis: &Diagnosis,
+        gain: Option<&Gain>,
+        looks_wrong: Vec<CheckJson>,
+        extended_model: &Path,
+    ) -> DiagnosisJson {
         let finding = |finding: &crate::diagnose::Finding| {
             let mut parameters: BTreeMap<&'static str, serde_json::Value> = BTreeMap::new();
             for found in &finding.parameters {
@@ -315,6 +323,7 @@ impl DiagnosisJson {
                 .remainder
                 .map(|it| RemainderJson { position_rmse_fitted_m: it.fitted, position_rmse_simulated_m: it.simulated }),
             left_out: diagnosis.left_out.clone(),
+            looks_wrong,
             extended_model: extended_model.to_string_lossy().into_owned(),
         }
     }

@@ -10,7 +10,7 @@ use std::path::Path;
 use treadmark::calibrate::SuspicionKind as Kind;
 use treadmark::calibrate::{SuspicionKind, check};
 use treadmark::dataset::{
-    Campaign, Dataset, DriveKind, EncoderLog, EncoderUnit, Protocol, RobotFacts, Rotation, Run, SurveyFacts,
+    Campaign, Dataset, DriveKind, EncoderLog, EncoderUnit, PoseLog, Protocol, RobotFacts, Rotation, Run, SurveyFacts,
     SurveyedPose, Travel,
 };
 use treadmark::experiment::campaign;
@@ -71,15 +71,17 @@ fn drive(name: String, protocol: Protocol, track: f64, rng: &mut ChaCha8Rng) -> 
     let truth = OdometryParameters { right_wheel_radius: 0.1003, track_width: track, ..BELIEVED };
     let ticks = 4096.0 / TAU;
     let (mut pose, mut wheels) = (Pose2::IDENTITY, [0.0, 0.0]);
-    let (mut time, mut counts) = (vec![0.0], vec![0.0, 0.0]);
+    let (mut time, mut counts, mut way) = (vec![0.0], vec![0.0, 0.0], vec![pose]);
     let mut go = |left: f64, right: f64, slip: f64| {
         for _ in 0..5 {
             pose = truth.advance(pose, left / 5.0, right / 5.0);
             wheels = [wheels[0] + left / 5.0, wheels[1] + right / 5.0];
             time.push(time.len() as f64);
             counts.extend(wheels.map(|angle| (angle * ticks).round()));
+            way.push(pose);
         }
         pose.heading += slip;
+        *way.last_mut().expect("it went") = pose;
     };
     match protocol {
         Protocol::Square { side, direction } => {
@@ -92,7 +94,10 @@ fn drive(name: String, protocol: Protocol, track: f64, rng: &mut ChaCha8Rng) -> 
         Protocol::Straight { length, .. } => go(length / 0.1, length / 0.1, normal(0.002)),
         _ => unreachable!("not driven here"),
     }
-    let end = Pose2::new(pose.x + normal(0.003), pose.y + normal(0.003), pose.heading + normal(0.004));
+    let mut read =
+        |pose: Pose2| Pose2::new(pose.x + normal(0.003), pose.y + normal(0.003), pose.heading + normal(0.004));
+    let end = read(pose);
+    let poses = PoseLog { time: time.clone(), poses: way.into_iter().map(|pose| read(pose).into()).collect() };
     let log = EncoderLog { unit: EncoderUnit::Ticks, channels: vec!["left".into(), "right".into()], time, counts };
     Run {
         name,
@@ -104,12 +109,17 @@ fn drive(name: String, protocol: Protocol, track: f64, rng: &mut ChaCha8Rng) -> 
         end: Some(end.into()),
         odometry_end: None,
         encoders: Some(log),
-        poses: None,
+        poses: Some(poses),
     }
 }
 
 fn without_logs(mut dataset: Dataset) -> Dataset {
     dataset.runs.iter_mut().for_each(|run| run.encoders = None);
+    dataset
+}
+
+fn without_poses(mut dataset: Dataset) -> Dataset {
+    dataset.runs.iter_mut().for_each(|run| run.poses = None);
     dataset
 }
 
@@ -225,6 +235,56 @@ const OF_THE_SURVEY: &[(&str, SuspicionKind, Plant)] = &[
     ("a single run", Kind::OneDirection, |d| d.runs.truncate(1)),
 ];
 
+/// Changes every pose on the way.
+fn on_the_way(dataset: &mut Dataset, change: impl Fn(SurveyedPose) -> SurveyedPose) {
+    for log in dataset.runs.iter_mut().filter_map(|run| run.poses.as_mut()) {
+        log.poses.iter_mut().for_each(|pose| *pose = change(*pose));
+    }
+}
+
+/// Mistakes in poses on the way.
+const OF_THE_WAY: &[(&str, SuspicionKind, Plant)] = &[
+    ("headings on the way in degrees", Kind::WayDegrees, |d| on_the_way(d, |pose| headings(pose, f64::to_degrees))),
+    ("headings on the way wrapped", Kind::WayWrapped, |d| on_the_way(d, |pose| headings(pose, wrap_angle))),
+    ("headings on the way wrapped to 0 … 2π", Kind::WayWrapped, |d| {
+        on_the_way(d, |pose| headings(pose, |h| h.rem_euclid(TAU)));
+    }),
+    ("millimetres on the way", Kind::WayUnit, |d| {
+        on_the_way(d, |pose| SurveyedPose { x: 1e3 * pose.x, y: 1e3 * pose.y, ..pose });
+    }),
+    ("centimetres on the way of one run", Kind::WayUnit, |d| {
+        let mut one = Dataset { campaign: d.campaign.clone(), runs: vec![d.runs.remove(3)] };
+        on_the_way(&mut one, |pose| SurveyedPose { x: 1e2 * pose.x, y: 1e2 * pose.y, ..pose });
+        d.runs.insert(3, one.runs.remove(0));
+    }),
+    ("a way in the room", Kind::WayRoomFrame, |d| on_the_way(d, |pose| in_a_room(pose, Pose2::new(1.5, -0.8, 0.7)))),
+    ("a way in a room that is turned by a little", Kind::WayRoomFrame, |d| {
+        on_the_way(d, |pose| in_a_room(pose, Pose2::new(0.0, 0.0, 0.1)));
+    }),
+    ("a way and no end in the room", Kind::WayRoomFrame, |d| {
+        d.runs.iter_mut().for_each(|run| run.end = None);
+        on_the_way(d, |pose| in_a_room(pose, Pose2::new(1.5, -0.8, 0.7)));
+    }),
+    ("a tracked point 0.1 m ahead, counted from the axle", Kind::WayStart, |d| {
+        let ahead = |pose: SurveyedPose| {
+            let (sin, cos) = pose.heading.expect("measured").sin_cos();
+            SurveyedPose { x: pose.x + 0.1 * cos, y: pose.y + 0.1 * sin, ..pose }
+        };
+        on_the_way(d, ahead);
+        ends(d, ahead);
+        // What ends alone look like then is another question.
+        d.runs.truncate(10);
+    }),
+    ("y on the way to the right", Kind::WayAcross, |d| on_the_way(d, |pose| SurveyedPose { y: -pose.y, ..pose })),
+    ("x and y on the way swapped", Kind::WayAcross, |d| {
+        on_the_way(d, |pose| SurveyedPose { x: pose.y, y: pose.x, ..pose });
+    }),
+];
+
+fn in_a_room(pose: SurveyedPose, start: Pose2) -> SurveyedPose {
+    start.compose(Pose2::new(pose.x, pose.y, pose.heading.expect("measured"))).into()
+}
+
 /// Mistakes that logs are needed for.
 const OF_THE_LOGS: &[(&str, SuspicionKind, Plant)] = &[
     ("encoder columns swapped", Kind::EncoderSidesSwapped, |d| counts(d, |[left, right]| [right, left])),
@@ -274,9 +334,12 @@ fn each_planted_mistake_is_found_and_no_other() {
                 found.iter().map(|suspicion| format!("{:?}: {suspicion}", suspicion.kind)).collect();
             assert!(found.len() == 1 && found[0].kind == kind, "seed {seed}: {what}: {words:#?}");
         };
-        for dataset in [&campaign, &bare] {
+        for dataset in [&campaign, &bare, &without_poses(campaign.clone())] {
             assert_eq!(check(dataset), vec![], "seed {seed}");
             OF_THE_SURVEY.iter().for_each(|(what, kind, plant)| planted(dataset, what, *kind, *plant));
+        }
+        for dataset in [&campaign, &bare] {
+            OF_THE_WAY.iter().for_each(|(what, kind, plant)| planted(dataset, what, *kind, *plant));
         }
         OF_THE_LOGS.iter().for_each(|(what, kind, plant)| planted(&campaign, what, *kind, *plant));
     }

@@ -12,6 +12,7 @@ mod scatter;
 mod senses;
 mod survey;
 mod suspicion;
+mod way;
 
 pub use suspicion::{Suspicion, SuspicionKind};
 
@@ -34,6 +35,7 @@ pub fn check(dataset: &Dataset) -> Vec<Suspicion> {
     senses::travel(&mut work);
     logs::distances(&mut work);
     survey::units(&mut work);
+    way::poses(&mut work);
     survey::pattern(&mut work);
     scatter::outliers(&mut work);
     scatter::one_direction(&mut work);

@@ -66,6 +66,18 @@ pub enum SuspicionKind {
     CopiedRun,
     /// Squares driven one way round only: runs in the direction driven (+ counter-clockwise, − clockwise), 0.
     OneDirection,
+    /// Headings on the way in degrees: the last one noted, and the turn in radians.
+    WayDegrees,
+    /// Headings on the way wrapped to one turn: the last one, and as it would count on \[rad\].
+    WayWrapped,
+    /// Positions on the way in millimetres or centimetres: farthest from the first, and as the protocol has it \[m\].
+    WayUnit,
+    /// Poses on the way in the frame of the room: how far the last is from the end, as noted and seen from the first \[m\].
+    WayRoomFrame,
+    /// Poses on the way that begin elsewhere than the run: distance of the first from the start, and 0 \[m\].
+    WayStart,
+    /// The robot goes across its headings on the way: mean cosine between the two, and 1.
+    WayAcross,
 }
 
 impl SuspicionKind {
@@ -96,6 +108,12 @@ impl SuspicionKind {
             ColumnsSwapped => "columns_swapped",
             CopiedRun => "copied_run",
             OneDirection => "one_direction",
+            WayDegrees => "way_degrees",
+            WayWrapped => "way_wrapped",
+            WayUnit => "way_unit",
+            WayRoomFrame => "way_room_frame",
+            WayStart => "way_start",
+            WayAcross => "way_across",
         }
     }
 }
@@ -272,6 +290,42 @@ impl fmt::Display for Suspicion {
                 seen.abs(),
                 if seen.abs() > 1.5 { "s" } else { "" },
                 if *seen > 0.0 { "counter-clockwise" } else { "clockwise" }
+            ),
+            WayDegrees => write!(
+                f,
+                "{who}: in poses.csv the last heading is {seen:.1} where the run turns by {expected:.3} rad. That looks like \
+                 degrees. Multiply its `heading_rad` by 0.0174533."
+            ),
+            WayWrapped => write!(
+                f,
+                "{who}: in poses.csv the last heading is {seen:+.3} rad where the robot turned by about {expected:+.3} rad. \
+                 Headings look wrapped to a single turn. They count on: wherever one jumps by about 6.283185 rad from row to \
+                 row, take the jump off all that follow."
+            ),
+            WayUnit => write!(
+                f,
+                "{who}: in poses.csv the robot gets {seen:.1} m from its first row where about {expected:.3} m are driven. The \
+                 positions look like millimetres or centimetres. Write metres in its `x_m` and `y_m`."
+            ),
+            WayRoomFrame => write!(
+                f,
+                "{who}: in poses.csv the last row is {seen:.3} m from where the run ended (headings count by the side's \
+                 length), and {expected:.3} m if it is seen from the first row. The poses look as noted in the room, or of a \
+                 tracker with another origin. They are in the frame of the run's start: x along the start heading, y to its \
+                 left, all 0 as the run begins."
+            ),
+            WayStart => write!(
+                f,
+                "{who}: in poses.csv the first row is {seen:.3} m from the start. Poses are of one point in the frame of \
+                 where that point was as the run began: take the position of the first row off all, or look whether the log \
+                 begins with the run."
+            ),
+            WayAcross => write!(
+                f,
+                "{who}: in poses.csv the robot does not go where its headings point (mean cosine {seen:.2} where \
+                 {expected:.0} is driven). y or the headings look positive to the right, `x_m` and `y_m` swapped, or \
+                 headings counted from another axis. x is along the start heading, y to its left, headings \
+                 counter-clockwise from x."
             ),
         }
     }

@@ -9,11 +9,12 @@ const MOST_FIGURES: usize = 12;
 /// Probabilities that are no longer drawn.
 const NEGLIGIBLE: f64 = 5e-4;
 
-/// The page. `extended_model` is the text of the extended model.
+/// The page. `cautions` say what looks wrong with the data themselves, `extended_model` is the text of the extended model.
 pub fn page(
     title: String,
     diagnosis: &Diagnosis,
     gain: Option<&Gain>,
+    cautions: &[String],
     extended_model: &str,
     provenance: Provenance,
 ) -> Page {
@@ -23,7 +24,8 @@ pub fn page(
         more => format!("{more} more conditions are in the recording."),
     };
     let drawn = &conditions[..conditions.len().min(MOST_FIGURES)];
-    let mut beside = words::worth(gain);
+    let mut beside: Vec<String> = cautions.iter().map(|words| format!("Look at the data first. {words}")).collect();
+    beside.extend(words::worth(gain));
     beside.extend(words::notes(diagnosis));
     beside.extend(words::next(diagnosis).map(|next| format!("Next experiment: {next}")));
     let mut notes = vec![capital(words::noise(diagnosis))];

@@ -1,0 +1,214 @@
+//! Poses on the way: units, turns and frame, against where the run ended; and whether the robot went where it pointed.
+
+use super::SuspicionKind::{WayAcross, WayDegrees, WayRoomFrame, WayStart, WayUnit, WayWrapped};
+use super::{FACTOR, SuspicionKind, Work, label, stated_length, stated_turn, within};
+use crate::dataset::{PoseLog, Protocol, Run, SurveyedPose};
+use crate::geometry::{Pose2, unwrap_near, wrap_angle};
+use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
+
+/// What is taken for the noise of a reading where nobody states it \[m, rad\].
+const READING: [f64; 2] = [0.005, 0.01];
+
+/// What two readings of one pose never differ by, in σ of one.
+const SURELY: f64 = 7.0;
+
+/// What clocks of a robot and of a survey may disagree by, and more \[s\].
+const CLOCKS: f64 = 0.5;
+
+/// Steps by which it is seen where a robot goes \[m\], and how far it may turn in one \[rad\].
+const STEP: f64 = 0.05;
+const STEP_TURN: f64 = 0.25;
+
+/// Everything about poses on the way, the mended ones for the next question.
+pub(super) fn poses(work: &mut Work) {
+    degrees(work);
+    wrapped(work);
+    units(work);
+    room_frame(work);
+    start(work);
+    across(work);
+}
+
+/// Headings in degrees: 57 times the turn that the run made; √57 is the middle in proportion.
+fn degrees(work: &mut Work) {
+    let is_wrong = |run: &Run, log: &PoseLog| {
+        let (last, turn) = (last_heading(log)?, turn(run).filter(|turn| turn.abs() > 0.3)?);
+        ((last / turn).abs() > (180.0 / PI).sqrt()).then_some((last, turn))
+    };
+    let runs = wrong(work, WayDegrees, is_wrong);
+    // A straight in the same file is in degrees too, though it does not show it.
+    let all = runs.len() * 2 > work.data.runs.len();
+    mend(work, |index| all || runs.contains(&index), |log| headings(log, |heading, _| heading.to_radians()));
+}
+
+/// Headings that were brought back to one turn: whole turns off where the run ended, in the right direction.
+fn wrapped(work: &mut Work) {
+    let is_wrong = |run: &Run, log: &PoseLog| {
+        let (last, turn) = (last_heading(log)?, turn(run)?);
+        let whole_turns_off = (last - turn).abs() > PI && wrap_angle(last - turn).abs() < FRAC_PI_2;
+        whole_turns_off.then(|| (last, unwrap_near(last, turn)))
+    };
+    let runs = wrong(work, WayWrapped, is_wrong);
+    mend(work, |index| runs.contains(&index), |log| headings(log, unwrap_near));
+}
+
+/// Positions in millimetres or centimetres, by how far the robot got from where its log begins.
+fn units(work: &mut Work) {
+    let factor = |run: &Run, log: &PoseLog| {
+        let (reached, expected) = reach(run, log)?;
+        [1e-2, 1e-3].into_iter().find(|factor| within(factor * reached / expected, FACTOR))
+    };
+    let factors: Vec<Option<f64>> = of_each(work, factor);
+    let runs = wrong(work, WayUnit, |run, log| factor(run, log).and(reach(run, log)));
+    for index in runs {
+        let by = factors[index].expect("it is wrong by a factor");
+        mend(
+            work,
+            |it| it == index,
+            |log| log.poses.iter_mut().for_each(|pose| (pose.x, pose.y) = (by * pose.x, by * pose.y)),
+        );
+    }
+}
+
+/// Poses in the room: seen from their first row they end where the run did, as noted they do not.
+fn room_frame(work: &mut Work) {
+    let survey = &work.data.campaign.survey;
+    let std = [survey.position_std.unwrap_or(READING[0]), survey.heading_std.unwrap_or(READING[1])];
+    let is_wrong = |run: &Run, log: &PoseLog| {
+        let length = stated_length(&run.protocol).unwrap_or(1.0);
+        // Where nobody surveyed the end, it is somewhere about the protocol's.
+        let (end, near) = match (run.end, run.protocol.nominal_end()) {
+            (Some(end), _) => (end, SURELY * (std[0] + length * std[1])),
+            (None, nominal) => (nominal?.into(), 0.1 * length),
+        };
+        let misfit = |pose: SurveyedPose| {
+            let turn = pose.heading.zip(end.heading).map_or(0.0, |(one, other)| wrap_angle(one - other).abs());
+            (pose.x - end.x).hypot(pose.y - end.y) + length * turn
+        };
+        let (first, last) = (log.poses.first()?, log.poses.last()?);
+        let (noted, from_start) = (misfit(*last), misfit(seen_from(first, last)));
+        // Four times nearer, as of ends.
+        (noted > 4.0 * from_start && noted > near).then_some((noted, from_start))
+    };
+    let runs = wrong(work, WayRoomFrame, is_wrong);
+    mend(
+        work,
+        |index| runs.contains(&index),
+        |log| {
+            let Some(first) = log.poses.first().copied() else { return };
+            log.poses.iter_mut().for_each(|pose| *pose = seen_from(&first, pose));
+        },
+    );
+}
+
+/// Poses that begin elsewhere than the run, by more than noise and what a robot that is on its way goes while clocks disagree.
+fn start(work: &mut Work) {
+    let std = work.data.campaign.survey.position_std.unwrap_or(READING[0]);
+    let is_wrong = |_: &Run, log: &PoseLog| {
+        let first = log.poses.first()?;
+        let soon = log.time.iter().zip(&log.poses).take_while(|(time, _)| **time <= log.time[0] + CLOCKS);
+        let gone = soon.map(|(_, pose)| (pose.x - first.x).hypot(pose.y - first.y)).fold(0.0, f64::max);
+        let off = first.x.hypot(first.y);
+        (off > SURELY * std + gone).then_some((off, 0.0))
+    };
+    wrong(work, WayStart, is_wrong);
+}
+
+/// Whether the robot goes along its headings, forward or back: with an axis turned round, or two swapped, the way of a square
+/// or a circle is along them as often as across or against.
+fn across(work: &mut Work) {
+    let step = STEP.max(SURELY * work.data.campaign.survey.position_std.unwrap_or(READING[0]));
+    let is_wrong = |run: &Run, log: &PoseLog| {
+        // On the spot it goes nowhere, and a path may lead back and forth.
+        if matches!(run.protocol, Protocol::Spin { .. } | Protocol::Path) {
+            return None;
+        }
+        let (mut along, mut way) = (0.0, 0.0);
+        let mut readings = log.poses.iter().filter_map(|pose| Some(Pose2::new(pose.x, pose.y, pose.heading?)));
+        let mut last = readings.next()?;
+        for reading in readings {
+            let distance = reading.distance(last);
+            if distance < step {
+                continue;
+            }
+            if (reading.heading - last.heading).abs() < STEP_TURN {
+                let heading = 0.5 * (reading.heading + last.heading);
+                let direction = (reading.y - last.y).atan2(reading.x - last.x);
+                along += distance * (direction - heading).cos();
+                way += distance;
+            }
+            last = reading;
+        }
+        let share = along.abs() / way;
+        // Right is 1, wrong is 0 or less; ten steps, so that no swing of a point ahead of the axle is taken for the way.
+        (way > 10.0 * step && share < 0.5).then_some((share, 1.0))
+    };
+    wrong(work, WayAcross, is_wrong);
+}
+
+/// The turn that a run made \[rad\], as surveyed or else as its protocol has it.
+fn turn(run: &Run) -> Option<f64> {
+    let surveyed = run.end.and_then(|end| end.heading);
+    surveyed.or_else(|| Some(label(&run.protocol)? * stated_turn(&run.protocol)?))
+}
+
+/// How far poses get from their first \[m\], and how far the protocol calls for; of a path, from the first to the last.
+fn reach(run: &Run, log: &PoseLog) -> Option<(f64, f64)> {
+    let first = log.poses.first()?;
+    let from_first = |pose: &SurveyedPose| (pose.x - first.x).hypot(pose.y - first.y);
+    let farthest = log.poses.iter().map(from_first).fold(0.0, f64::max);
+    match run.protocol {
+        Protocol::Square { side, .. } => Some((farthest, SQRT_2 * side)),
+        Protocol::Circle { radius, turn, .. } => {
+            let turn = turn.unwrap_or(PI).min(PI);
+            Some((farthest, 2.0 * radius * (0.5 * turn).sin()))
+        }
+        Protocol::Straight { length, .. } => Some((farthest, length)),
+        Protocol::Path => {
+            let end = run.end.map(|end| end.x.hypot(end.y)).filter(|end| *end > STEP)?;
+            Some((from_first(log.poses.last()?), end))
+        }
+        Protocol::Spin { .. } => None,
+    }
+}
+
+/// A pose as seen from the first; of headings that were not measured none is taken off.
+fn seen_from(first: &SurveyedPose, pose: &SurveyedPose) -> SurveyedPose {
+    let start = Pose2::new(first.x, first.y, first.heading.unwrap_or(0.0));
+    let seen = start.relative(Pose2::new(pose.x, pose.y, pose.heading.unwrap_or(0.0)));
+    SurveyedPose { x: seen.x, y: seen.y, heading: pose.heading.map(|heading| heading - start.heading) }
+}
+
+fn last_heading(log: &PoseLog) -> Option<f64> {
+    log.poses.iter().rev().find_map(|pose| pose.heading)
+}
+
+/// What a question finds of each run.
+fn of_each<T>(work: &Work, ask: impl Fn(&Run, &PoseLog) -> Option<T>) -> Vec<Option<T>> {
+    work.data.runs.iter().map(|run| ask(run, run.poses.as_ref()?)).collect()
+}
+
+/// Suspects the runs of which a question finds what was seen and what should be; their indices.
+fn wrong(work: &mut Work, kind: SuspicionKind, ask: impl Fn(&Run, &PoseLog) -> Option<(f64, f64)>) -> Vec<usize> {
+    let found = of_each(work, ask);
+    let runs: Vec<usize> = (0..found.len()).filter(|&index| found[index].is_some()).collect();
+    if let Some((seen, expected)) = found.into_iter().flatten().next() {
+        work.suspect(kind, &runs, seen, expected);
+    }
+    runs
+}
+
+/// Changes the poses of some runs in the working copy.
+fn mend(work: &mut Work, is_wrong: impl Fn(usize) -> bool, change: impl Fn(&mut PoseLog)) {
+    let runs = work.data.runs.iter_mut().enumerate().filter(|(index, _)| is_wrong(*index));
+    runs.filter_map(|(_, run)| run.poses.as_mut()).for_each(change);
+}
+
+/// Changes each heading that was measured, given the one before it as it was changed.
+fn headings(log: &mut PoseLog, change: impl Fn(f64, f64) -> f64) {
+    let mut before = 0.0;
+    for heading in log.poses.iter_mut().filter_map(|pose| pose.heading.as_mut()) {
+        *heading = change(*heading, before);
+        before = *heading;
+    }
+}
