@@ -270,8 +270,8 @@ impl Study<'_> {
         Ok(surrogate.couple_all(bench, answer)?)
     }
 
-    /// Simulates the causes of an answer together; where the robot cannot be driven so, with the farthest of them as near as it
-    /// has to be, which is as far as its axis goes from then on. Whether anything was simulated.
+    /// Simulates the causes of an answer together; where the robot cannot be driven so, with the farthest of them, or else all, as
+    /// near as they have to be, which is as far as their axes go from then on. Whether anything was simulated.
     pub(super) fn couple(&mut self, answer: &[(Axis, f64)]) -> Result<bool, DiagnoseError> {
         let (surrogate, bench) = self.bench();
         let failed = match surrogate.couple(bench, answer) {
@@ -282,21 +282,25 @@ impl Study<'_> {
             let (axis, value) = answer[index];
             value.abs() / self.variants[axis.variant].coordinates[axis.coordinate].std_dev
         };
-        let simulated = (0..answer.len()).filter(|&index| is_simulated(&self.variants[answer[index].0.variant]));
-        let farthest = simulated.max_by(|&a, &b| from_plausible(a).total_cmp(&from_plausible(b)));
-        let Some(farthest) = farthest else { return Err(failed.into()) };
-        let (axis, value) = answer[farthest];
-        let mut at = answer.to_vec();
-        let (surrogate, bench) = self.bench();
-        let drives = as_far_as(value, |value| {
-            at[farthest].1 = value;
-            surrogate.couple(bench, &at).is_ok()
-        });
-        if drives == 0.0 {
-            return Err(failed.into());
+        let mut simulated: Vec<usize> =
+            (0..answer.len()).filter(|&index| is_simulated(&self.variants[answer[index].0.variant])).collect();
+        simulated.sort_by(|&a, &b| from_plausible(b).total_cmp(&from_plausible(a)));
+        for reduced in [simulated.get(..1).unwrap_or_default(), &simulated] {
+            let (surrogate, bench) = self.bench();
+            let mut at = answer.to_vec();
+            let share = as_far_as(1.0, |share| {
+                reduced.iter().for_each(|&index| at[index].1 = share * answer[index].1);
+                surrogate.couple(bench, &at).is_ok()
+            });
+            if share > 0.0 {
+                for &index in reduced {
+                    let (axis, value) = answer[index];
+                    self.end_at(axis, value, share * value);
+                }
+                return Ok(true);
+            }
         }
-        self.end_at(axis, value, drives);
-        Ok(true)
+        Err(failed.into())
     }
 
     /// Simulates the leading answers where they are best and on tyres that are other than the model's in what is in doubt of
@@ -307,13 +311,9 @@ impl Study<'_> {
         }
         let mut refined = self.refine(ranking)?;
         let (surrogate, bench) = self.bench();
-        for (rank, answer) in leading(ranking).enumerate() {
-            match surrogate.couple_with_tyres(bench, &answer.fit.at) {
-                Ok(any) => refined |= any,
-                Err(failed) if rank == 0 => return Err(failed.into()),
-                // What a robot would do that cannot be driven so is not asked of a lesser answer.
-                Err(_) => {}
-            }
+        for answer in leading(ranking) {
+            // What a robot would do that cannot be driven so is not asked.
+            refined |= surrogate.couple_with_tyres(bench, &answer.fit.at).unwrap_or(false);
         }
         Ok(refined)
     }

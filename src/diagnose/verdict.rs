@@ -24,6 +24,8 @@ pub(super) const CONVINCING: f64 = 1.5;
 const MUCH: f64 = 2.0;
 /// … and the chance below which that is no noise.
 const HARDLY: f64 = 1e-6;
+/// Readings by which usual noise is known where nothing repeats: what is left is no noise beyond some forty times that.
+const AS_USUAL: f64 = 4.0;
 /// Chance from which on what is left may be noise.
 const MAY_BE_NOISE: f64 = 1e-3;
 /// Share of a misfit that causes have to take away to be named where a formula takes away the rest.
@@ -42,9 +44,14 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
     let has_formula = best.set.iter().any(|&index| variants[index].is_term());
     let by_formula = has_formula && share_of_causes(study, best) < MOST;
     let much = leaves_much(study, best);
-    let unexplained = by_formula || much;
-    let misfit = misfit(given);
     let answered = study.answered(best);
+    // What cannot be driven explains nothing, however near the stand-in comes with it.
+    let (answered, drives, (residues, remainder)) = match residue::residues(study, &answered) {
+        Ok(left) => (answered, true, left),
+        Err(_) => (Vec::new(), false, residue::residues(study, &[])?),
+    };
+    let unexplained = by_formula || much || !drives;
+    let misfit = misfit(given);
     let total = log_sum(ranking.hypotheses.iter().map(|h| h.log_posterior));
     let probability = |h: &Hypothesis| (h.log_posterior - total).exp();
 
@@ -96,7 +103,6 @@ pub(super) fn judge(study: &Study<'_>, given: &Study<'_>, ranking: &Ranking) -> 
         (Some(id), ranking.hypotheses.iter().filter(holds).map(probability).sum())
     }));
     let suspicion = if unexplained { None } else { suspicion(ranking, variants, best, &findings, total) };
-    let (residues, remainder) = residue::residues(study, &answered)?;
     Ok(Diagnosis {
         verdict,
         misfit,
@@ -295,8 +301,8 @@ impl Left {
         let freedom = of_means as f64;
         let variance = misfit_of_means(study, best) / freedom;
         // The noise is known as well as repeated runs tell it, which for end points is not well.
-        let of_repeats = (all - of_means) as f64;
-        let chance = FisherSnedecor::new(freedom, of_repeats).map_or(1.0, |law| law.sf(variance));
+        let of_noise = f64::max((all - of_means) as f64, AS_USUAL);
+        let chance = FisherSnedecor::new(freedom, of_noise).map_or(1.0, |law| law.sf(variance));
         Left { variance, chance }
     }
 }

@@ -11,7 +11,7 @@ use treadmark::effect::{Cause, Effect};
 use treadmark::experiment::{
     CampaignKind, Challenge, DataKind, EffectsKind, Score, Scorer, Simulator, Tally, campaign,
 };
-use treadmark::geometry::Trace;
+use treadmark::geometry::{Pose2, Trace, wrap_angle};
 use treadmark::odometry::OdometryParameters;
 use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Side, SpottedFloor, Tether, TwistPart};
 
@@ -894,6 +894,25 @@ fn thin_data_say_little() {
     }
     let refused = Study::new(&[none], &[], &simulator, Options::default(), None, &|_, _| {});
     assert!(matches!(refused, Err(DiagnoseError::NothingToUse { .. })));
+}
+
+/// Poses of one run that contradict where it ended, since they are in the frame of the room or since headings were wrapped to one
+/// turn, are explained by nothing: where nothing repeats, what is far beyond usual noise is none either. What comes nearest by the
+/// stand-in need not be a robot that can be driven, which is no error of the user's.
+#[test]
+fn poses_that_make_no_sense_are_unexplained() {
+    let given = base();
+    let whole = small(squares(&given, &given, DataKind::Logs, 3));
+    let one_of = |name: &str, noted: &dyn Fn(Pose2) -> Pose2| {
+        let mut one = Dataset { runs: whole.runs[..1].to_vec(), ..whole.clone() };
+        for pose in &mut one.runs[0].poses.as_mut().expect("it has a log").poses {
+            *pose = noted(Pose2::new(pose.x, pose.y, pose.heading.expect("measured"))).into();
+        }
+        let found = diagnosed_under(Options { most_causes: 2, ..Options::default() }, &given, &one, &mut None);
+        assert_eq!(found.verdict, Verdict::Unexplained, "{name}: {:?}", found.findings);
+    };
+    one_of("room", &|pose| Pose2::new(1.3, 2.4, 0.7).compose(pose));
+    one_of("wrapped", &|pose| Pose2::new(pose.x, pose.y, wrap_angle(pose.heading)));
 }
 
 /// The same dataset gives the same diagnosis, whatever the threads do.

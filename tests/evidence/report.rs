@@ -116,6 +116,39 @@ fn a_diagnosis_report_has_the_numbers_of_its_json_and_is_drawn_again_alike() {
     assert_eq!(std::fs::read_to_string(found.join("report.html")).unwrap(), html);
 }
 
+/// What is wrong with the data themselves stands before all that is said of them, and is said before the work begins.
+#[test]
+fn a_diagnosis_says_first_what_is_wrong_with_the_data() {
+    let folder = tempfile::tempdir().unwrap();
+    campaign(folder.path());
+    let poses = folder.path().join("cw/poses.csv");
+    let rows = std::fs::read_to_string(&poses).unwrap();
+    let in_millimetres = |row: &str| {
+        let mut cells: Vec<String> = row.split(',').map(str::to_owned).collect();
+        for cell in &mut cells[2..4] {
+            if let Ok(value) = cell.parse::<f64>() {
+                *cell = format!("{}", 1e3 * value);
+            }
+        }
+        cells.join(",")
+    };
+    let wrong: Vec<String> = rows.lines().map(in_millimetres).collect();
+    std::fs::write(&poses, wrong.join("\n")).unwrap();
+    let output = treadmark(folder.path())
+        .args(["diagnose", "cw", "--robot", "jnpf_4wd", "--most-causes", "1", "--no-recording", "--out", "found"])
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let caution = "millimetres or centimetres. Write metres";
+    let (printed, told) = (text(&output.stdout), text(&output.stderr));
+    assert!(told.starts_with("look at the data first: ") && told.contains(caution), "{told}");
+    assert!(printed.starts_with("Look at the data first. ") && printed.contains(caution), "{printed}");
+    let found = folder.path().join("found");
+    assert!(std::fs::read_to_string(found.join("report.html")).unwrap().contains(caution));
+    let suspicions = &json(&found.join("diagnosis.json"))["looks_wrong"][0]["suspicions"];
+    assert_eq!((suspicions[0]["kind"].as_str(), suspicions.as_array().unwrap().len()), (Some("way_unit"), 1));
+}
+
 #[test]
 fn a_sweep_report_has_the_numbers_of_its_table() {
     use parquet::file::reader::{FileReader, SerializedFileReader};
