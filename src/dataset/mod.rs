@@ -162,6 +162,14 @@ pub struct PoseLog {
     pub poses: Vec<SurveyedPose>,
 }
 
+impl Dataset {
+    /// When the clocks of the campaign begin: the first stamp of its encoders \[s\]. What a clock goes wrong by grows from there.
+    pub fn clock_zero(&self) -> f64 {
+        let first = |run: &Run| run.encoders.as_ref()?.time.first().copied();
+        self.runs.iter().filter_map(first).reduce(f64::min).unwrap_or(0.0)
+    }
+}
+
 impl From<Pose2> for SurveyedPose {
     fn from(pose: Pose2) -> Self {
         SurveyedPose { x: pose.x, y: pose.y, heading: Some(pose.heading) }

@@ -126,9 +126,10 @@ pub(super) fn cases(datasets: &[Dataset], first: usize, scene: &Scene) -> (Vec<C
                 .or(fallback.ticks_per_revolution),
             ..counted
         };
-        let own = cases.len();
+        let (own, zero) = (cases.len(), dataset.clock_zero());
         for run in &dataset.runs {
             let name = format!("{}/{}", dataset.campaign.name, run.name);
+            let run = since(run, zero);
             let both_sides = |log: &crate::dataset::EncoderLog| {
                 ["left", "right"].iter().all(|side| log.channels.iter().any(|name| name.ends_with(side)))
             };
@@ -142,16 +143,19 @@ pub(super) fn cases(datasets: &[Dataset], first: usize, scene: &Scene) -> (Vec<C
                 left_out.push(format!("{name}: without an encoder log, its way is not known"));
                 continue;
             }
-            let readings = readings(run, replayed, &counted, most);
-            if readings.is_empty() {
+            let readings = readings(&run, replayed, &counted, most);
+            let apart = apart(&run, replayed, zero);
+            if readings.is_empty() && apart.is_none() {
                 left_out.push(format!("{name}: no pose was read"));
+            }
+            left_out.extend(apart.map(|apart| format!("{name}: {apart}")));
+            if readings.is_empty() {
                 continue;
             }
             let on_the_way = readings.iter().any(|reading| reading.stamp.is_some());
             let frame_stamp = run.poses.as_ref().filter(|_| on_the_way).and_then(|log| log.time.first().copied());
             let hours = run.started.unwrap_or(0.0) / 3600.0;
             let campaign_name = dataset.campaign.name.clone();
-            let run = run.clone();
             cases.push(Case { campaign, campaign_name, run, counted, replayed, readings, frame_stamp, hours });
         }
         on_their_marks(&mut cases[own..], &NoiseModel::prior(&stated_survey(dataset, scene)));
@@ -193,6 +197,25 @@ fn on_their_marks(cases: &mut [Case], noise: &NoiseModel) {
             heading: drawn(|pose| pose.heading, noise.heading_std),
         });
     }
+}
+
+/// A run whose clocks begin at `zero`: what they go wrong by an hour is counted from there, be it the seconds since 1970.
+fn since(run: &Run, zero: f64) -> Run {
+    let mut run = run.clone();
+    let times = [run.encoders.as_mut().map(|log| &mut log.time), run.poses.as_mut().map(|log| &mut log.time)];
+    times.into_iter().flatten().flatten().for_each(|time| *time -= zero);
+    run
+}
+
+/// That poses were read on the way, and at other times than its encoders.
+fn apart(run: &Run, replayed: bool, zero: f64) -> Option<String> {
+    let (poses, encoders) = (run.poses.as_ref().filter(|_| replayed)?, run.encoders.as_ref()?);
+    let span = |times: &[f64]| Some(format!("{:.1} to {:.1} s", times.first()? + zero, times.last()? + zero));
+    let is_apart = poses.time.len() > 2 && on_the_way(run, replayed).is_none();
+    let (read, logged) = (span(&poses.time).filter(|_| is_apart)?, span(&encoders.time)?);
+    Some(format!(
+        "its poses on the way, stamped {read}, hardly overlap with its encoder log, {logged}; clocks have to agree to half a second"
+    ))
 }
 
 /// Rows of the poses that were read on the way. They need an encoder log, which tells when the robot was where.

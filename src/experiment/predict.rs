@@ -24,6 +24,7 @@ pub fn predict(dataset: &Dataset, simulator: &Simulator<'_>) -> Result<(Dataset,
     let (known, unknown): (Vec<_>, Vec<_>) =
         dataset.runs.iter().partition(|run| run.log().is_some() || run.protocol.nominal_end().is_some());
     let first_alike = |run: &Run| known.iter().position(|other| is_alike(&scene.robot, other, run));
+    let zero = dataset.clock_zero();
     let firsts: Vec<Option<usize>> = known.iter().map(|run| first_alike(run)).collect();
     let simulated = known
         .par_iter()
@@ -33,7 +34,7 @@ pub fn predict(dataset: &Dataset, simulator: &Simulator<'_>) -> Result<(Dataset,
             let trace = simulator.trace(scene, run, &counted)?;
             let start = trace.poses[0];
             let poses = run.log().map(|log| PoseLog {
-                time: log.time.iter().map(|&time| scene.survey.stamp(time)).collect(),
+                time: log.time.iter().map(|&time| zero + scene.survey.stamp(time - zero)).collect(),
                 poses: log.time.iter().map(|&time| scene.survey.reading(start, trace.at(time)).into()).collect(),
             });
             let last = trace.poses[trace.poses.len() - 1];

@@ -35,17 +35,27 @@ fn clean(seed: u64) -> Dataset {
 
 /// The same with another true track; the robot believes 0.4 m.
 fn with_track(seed: u64, track: f64) -> Dataset {
+    with_rows(seed, track, 5)
+}
+
+/// The same with twenty rows a second.
+fn finer(seed: u64) -> Dataset {
+    with_rows(seed, 0.412, 100)
+}
+
+/// The same with so many rows in the five seconds of a side or of a turn.
+fn with_rows(seed: u64, track: f64, rows: usize) -> Dataset {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut runs = Vec::new();
     for repeat in 1..=5 {
         for direction in [Rotation::Clockwise, Rotation::CounterClockwise] {
             let name = format!("{}-{repeat}", direction.as_str());
-            runs.push(drive(name, Protocol::Square { side: 2.0, direction }, track, &mut rng));
+            runs.push(drive(name, Protocol::Square { side: 2.0, direction }, track, rows, &mut rng));
         }
     }
     for repeat in 1..=2 {
         let protocol = Protocol::Straight { length: 2.0, direction: Travel::Forward };
-        runs.push(drive(format!("straight-{repeat}"), protocol, track, &mut rng));
+        runs.push(drive(format!("straight-{repeat}"), protocol, track, rows, &mut rng));
     }
     Dataset {
         campaign: Campaign {
@@ -66,17 +76,18 @@ fn with_track(seed: u64, track: f64) -> Dataset {
 }
 
 /// Drives `protocol` by believed odometry; the truth has E_d = 1.003, a true track of `track` and a slip at every turn.
-fn drive(name: String, protocol: Protocol, track: f64, rng: &mut ChaCha8Rng) -> Run {
+fn drive(name: String, protocol: Protocol, track: f64, rows: usize, rng: &mut ChaCha8Rng) -> Run {
     let mut normal = |std: f64| -> f64 { std * Distribution::<f64>::sample(&StandardNormal, rng) };
     let truth = OdometryParameters { right_wheel_radius: 0.1003, track_width: track, ..BELIEVED };
     let ticks = 4096.0 / TAU;
     let (mut pose, mut wheels) = (Pose2::IDENTITY, [0.0, 0.0]);
     let (mut time, mut counts, mut way) = (vec![0.0], vec![0.0, 0.0], vec![pose]);
     let mut go = |left: f64, right: f64, slip: f64| {
-        for _ in 0..5 {
-            pose = truth.advance(pose, left / 5.0, right / 5.0);
-            wheels = [wheels[0] + left / 5.0, wheels[1] + right / 5.0];
-            time.push(time.len() as f64);
+        let share = 1.0 / rows as f64;
+        for _ in 0..rows {
+            pose = truth.advance(pose, left * share, right * share);
+            wheels = [wheels[0] + left * share, wheels[1] + right * share];
+            time.push(time.len() as f64 * 5.0 * share);
             counts.extend(wheels.map(|angle| (angle * ticks).round()));
             way.push(pose);
         }
@@ -285,6 +296,59 @@ fn in_a_room(pose: SurveyedPose, start: Pose2) -> SurveyedPose {
     start.compose(Pose2::new(pose.x, pose.y, pose.heading.expect("measured"))).into()
 }
 
+/// Changes every stamp of encoders, and of poses too.
+fn stamps(dataset: &mut Dataset, of_poses: bool, change: impl Fn(f64) -> f64) {
+    for run in &mut dataset.runs {
+        let poses = run.poses.as_mut().filter(|_| of_poses).map(|log| &mut log.time);
+        let all = run.encoders.as_mut().map(|log| &mut log.time).into_iter().chain(poses).flatten();
+        all.for_each(|time| *time = change(*time));
+    }
+}
+
+/// Changes every column of counts.
+fn columns(dataset: &mut Dataset, change: impl Fn(&mut [f64])) {
+    for log in dataset.runs.iter_mut().filter_map(|run| run.encoders.as_mut()) {
+        for channel in 0..2 {
+            let mut column: Vec<f64> = log.counts.iter().skip(channel).step_by(2).copied().collect();
+            change(&mut column);
+            log.counts.iter_mut().skip(channel).step_by(2).zip(column).for_each(|(count, changed)| *count = changed);
+        }
+    }
+}
+
+/// Mistakes in rows of logs, beside poses on the way.
+const OF_ROWS: &[(&str, SuspicionKind, Plant)] = &[
+    ("counts since the row before", Kind::CountSteps, |d| {
+        columns(d, |column| (1..column.len()).rev().for_each(|row| column[row] -= column[row - 1]));
+    }),
+    ("a counter of 14 bits", Kind::CountsWrapped, |d| {
+        columns(d, |column| column.iter_mut().for_each(|count| *count = (*count + 500.0).rem_euclid(16_384.0)));
+    }),
+    ("joints that are wrapped to one turn", Kind::CountsWrapped, |d| {
+        for log in d.runs.iter_mut().filter_map(|run| run.encoders.as_mut()) {
+            log.unit = EncoderUnit::Radians;
+            log.counts.iter_mut().for_each(|count| *count = wrap_angle(*count * TAU / 4096.0));
+        }
+    }),
+    ("milliseconds", Kind::LogTime, |d| stamps(d, true, |time| 1e3 * time)),
+    ("encoders in milliseconds", Kind::LogTime, |d| stamps(d, false, |time| 1e3 * time)),
+    ("encoders by the clock of the wall", Kind::ClocksApart, |d| stamps(d, false, |time| 1.7e9 + time)),
+    ("rows lost", Kind::LogGap, |d| {
+        let log = d.runs[2].encoders.as_mut().expect("it has a log");
+        log.time.drain(120..180);
+        log.counts.drain(240..360);
+    }),
+    ("a pose of something else", Kind::WayJump, |d| {
+        let poses = &mut d.runs[5].poses.as_mut().expect("it has a log").poses;
+        poses[200].y += 1.0;
+    }),
+    ("a tracker that repeats itself", Kind::WayFrozen, |d| {
+        let poses = &mut d.runs[5].poses.as_mut().expect("it has a log").poses;
+        let last = poses[40];
+        poses[40..100].fill(last);
+    }),
+];
+
 /// Mistakes that logs are needed for.
 const OF_THE_LOGS: &[(&str, SuspicionKind, Plant)] = &[
     ("encoder columns swapped", Kind::EncoderSidesSwapped, |d| counts(d, |[left, right]| [right, left])),
@@ -341,6 +405,8 @@ fn each_planted_mistake_is_found_and_no_other() {
         for dataset in [&campaign, &bare] {
             OF_THE_WAY.iter().for_each(|(what, kind, plant)| planted(dataset, what, *kind, *plant));
         }
+        OF_ROWS.iter().for_each(|(what, kind, plant)| planted(&finer(seed), what, *kind, *plant));
+        assert_eq!(check(&finer(seed)), vec![], "seed {seed}");
         OF_THE_LOGS.iter().for_each(|(what, kind, plant)| planted(&campaign, what, *kind, *plant));
     }
 }

@@ -8,6 +8,7 @@
 //! proportion) between right and the smallest mistake of that sort, and chance of less than one in a thousand campaigns.
 
 mod logs;
+mod rows;
 mod scatter;
 mod senses;
 mod survey;
@@ -26,6 +27,11 @@ pub fn check(dataset: &Dataset) -> Vec<Suspicion> {
     let mut work = Work::new(dataset);
     scatter::copied_runs(&mut work);
     logs::against_nominal(&mut work);
+    rows::steps(&mut work);
+    rows::wrapped(&mut work);
+    rows::stamps(&mut work);
+    rows::gaps(&mut work);
+    rows::clocks(&mut work);
     logs::count_signs(&mut work);
     survey::stated_noise(&mut work);
     survey::room_frame(&mut work);

@@ -66,6 +66,16 @@ pub enum SuspicionKind {
     CopiedRun,
     /// Squares driven one way round only: runs in the direction driven (+ counter-clockwise, − clockwise), 0.
     OneDirection,
+    /// Counts of each row alone: way by their difference from first to last, and by their sum \[m\].
+    CountSteps,
+    /// Counters that begin anew: the jump, and their range, in the log's unit.
+    CountsWrapped,
+    /// Encoder stamps in another unit: mean speed of the wheels \[m/s\] and duration as stamped \[s\].
+    LogTime,
+    /// Encoder rows missing while wheels turned: the longest interval and the usual one \[s\].
+    LogGap,
+    /// Poses at other times than counts: last stamp of each \[s\].
+    ClocksApart,
     /// Headings on the way in degrees: the last one noted, and the turn in radians.
     WayDegrees,
     /// Headings on the way wrapped to one turn: the last one, and as it would count on \[rad\].
@@ -76,6 +86,10 @@ pub enum SuspicionKind {
     WayRoomFrame,
     /// Poses on the way that begin elsewhere than the run: distance of the first from the start, and 0 \[m\].
     WayStart,
+    /// Poses on the way that leap from row to row: the largest step, and one that hardly any exceeds \[m\].
+    WayJump,
+    /// Poses on the way that stay the same while wheels turn: for how long \[s\], and how far the wheels go at least \[m\].
+    WayFrozen,
     /// The robot goes across its headings on the way: mean cosine between the two, and 1.
     WayAcross,
 }
@@ -108,11 +122,18 @@ impl SuspicionKind {
             ColumnsSwapped => "columns_swapped",
             CopiedRun => "copied_run",
             OneDirection => "one_direction",
+            CountSteps => "count_steps",
+            CountsWrapped => "counts_wrapped",
+            LogTime => "log_time",
+            LogGap => "log_gap",
+            ClocksApart => "clocks_apart",
             WayDegrees => "way_degrees",
             WayWrapped => "way_wrapped",
             WayUnit => "way_unit",
             WayRoomFrame => "way_room_frame",
             WayStart => "way_start",
+            WayJump => "way_jump",
+            WayFrozen => "way_frozen",
             WayAcross => "way_across",
         }
     }
@@ -291,6 +312,32 @@ impl fmt::Display for Suspicion {
                 if seen.abs() > 1.5 { "s" } else { "" },
                 if *seen > 0.0 { "counter-clockwise" } else { "clockwise" }
             ),
+            CountSteps => write!(
+                f,
+                "{who}: from the first row of encoders.csv to the last the robot went {seen:.3} m, and {expected:.2} m if all \
+                 rows are added up. They look like counts since the row before. Counts go on: add them up."
+            ),
+            CountsWrapped => write!(
+                f,
+                "{who}: in encoders.csv a count jumps by {seen:.1} from one row to the next. It looks like a counter of a range \
+                 of {expected:.4} that begins anew. Counts go on: add the range, or take it off, from there on."
+            ),
+            LogTime => write!(
+                f,
+                "{who}: by the stamps of encoders.csv the wheels go {seen:.2e} m/s on average, for {expected:.0} s. `t_s` looks \
+                 like milliseconds, or like another unit than seconds."
+            ),
+            LogGap => write!(
+                f,
+                "{who}: in encoders.csv {seen:.2} s are between two rows, and {expected:.3} s otherwise, while wheels turned. \
+                 Rows look lost, and how the robot went meanwhile cannot be known: leave the run out, or log it again."
+            ),
+            ClocksApart => write!(
+                f,
+                "{who}: poses.csv ends at {seen:.1} s and encoders.csv at {expected:.1} s, and they hardly overlap. Both count \
+                 seconds of the same run, from clocks that agree to half a second: look at the units of `t_s`, and where each \
+                 clock begins."
+            ),
             WayDegrees => write!(
                 f,
                 "{who}: in poses.csv the last heading is {seen:.1} where the run turns by {expected:.3} rad. That looks like \
@@ -319,6 +366,16 @@ impl fmt::Display for Suspicion {
                 "{who}: in poses.csv the first row is {seen:.3} m from the start. Poses are of one point in the frame of \
                  where that point was as the run began: take the position of the first row off all, or look whether the log \
                  begins with the run."
+            ),
+            WayJump => write!(
+                f,
+                "{who}: in poses.csv the point leaps by {seen:.3} m from one row to the next, where hardly a step is longer than \
+                 {expected:.4} m. The tracker may have taken something else for the robot: delete such rows."
+            ),
+            WayFrozen => write!(
+                f,
+                "{who}: in poses.csv the pose stays the same to the last digit for {seen:.1} s, while the wheels go {expected:.2} m \
+                 or more. The tracker seems to have lost the robot and repeated itself: delete such rows."
             ),
             WayAcross => write!(
                 f,

@@ -1,6 +1,7 @@
 //! Poses on the way: units, turns and frame, against where the run ended; and whether the robot went where it pointed.
 
-use super::SuspicionKind::{WayAcross, WayDegrees, WayRoomFrame, WayStart, WayUnit, WayWrapped};
+use super::SuspicionKind::{WayAcross, WayDegrees, WayFrozen, WayJump, WayRoomFrame, WayStart, WayUnit, WayWrapped};
+use super::rows::way_between;
 use super::{FACTOR, SuspicionKind, Work, label, stated_length, stated_turn, within};
 use crate::dataset::{PoseLog, Protocol, Run, SurveyedPose};
 use crate::geometry::{Pose2, unwrap_near, wrap_angle};
@@ -26,12 +27,14 @@ pub(super) fn poses(work: &mut Work) {
     units(work);
     room_frame(work);
     start(work);
+    frozen(work);
+    jumps(work);
     across(work);
 }
 
 /// Headings in degrees: 57 times the turn that the run made; √57 is the middle in proportion.
 fn degrees(work: &mut Work) {
-    let is_wrong = |run: &Run, log: &PoseLog| {
+    let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         let (last, turn) = (last_heading(log)?, turn(run).filter(|turn| turn.abs() > 0.3)?);
         ((last / turn).abs() > (180.0 / PI).sqrt()).then_some((last, turn))
     };
@@ -43,7 +46,7 @@ fn degrees(work: &mut Work) {
 
 /// Headings that were brought back to one turn: whole turns off where the run ended, in the right direction.
 fn wrapped(work: &mut Work) {
-    let is_wrong = |run: &Run, log: &PoseLog| {
+    let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         let (last, turn) = (last_heading(log)?, turn(run)?);
         let whole_turns_off = (last - turn).abs() > PI && wrap_angle(last - turn).abs() < FRAC_PI_2;
         whole_turns_off.then(|| (last, unwrap_near(last, turn)))
@@ -54,12 +57,12 @@ fn wrapped(work: &mut Work) {
 
 /// Positions in millimetres or centimetres, by how far the robot got from where its log begins.
 fn units(work: &mut Work) {
-    let factor = |run: &Run, log: &PoseLog| {
+    let factor = |_: &Work, run: &Run, log: &PoseLog| {
         let (reached, expected) = reach(run, log)?;
         [1e-2, 1e-3].into_iter().find(|factor| within(factor * reached / expected, FACTOR))
     };
     let factors: Vec<Option<f64>> = of_each(work, factor);
-    let runs = wrong(work, WayUnit, |run, log| factor(run, log).and(reach(run, log)));
+    let runs = wrong(work, WayUnit, |work, run, log| factor(work, run, log).and(reach(run, log)));
     for index in runs {
         let by = factors[index].expect("it is wrong by a factor");
         mend(
@@ -74,7 +77,7 @@ fn units(work: &mut Work) {
 fn room_frame(work: &mut Work) {
     let survey = &work.data.campaign.survey;
     let std = [survey.position_std.unwrap_or(READING[0]), survey.heading_std.unwrap_or(READING[1])];
-    let is_wrong = |run: &Run, log: &PoseLog| {
+    let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         let length = stated_length(&run.protocol).unwrap_or(1.0);
         // Where nobody surveyed the end, it is somewhere about the protocol's.
         let (end, near) = match (run.end, run.protocol.nominal_end()) {
@@ -104,7 +107,7 @@ fn room_frame(work: &mut Work) {
 /// Poses that begin elsewhere than the run, by more than noise and what a robot that is on its way goes while clocks disagree.
 fn start(work: &mut Work) {
     let std = work.data.campaign.survey.position_std.unwrap_or(READING[0]);
-    let is_wrong = |_: &Run, log: &PoseLog| {
+    let is_wrong = |_: &Work, _: &Run, log: &PoseLog| {
         let first = log.poses.first()?;
         let soon = log.time.iter().zip(&log.poses).take_while(|(time, _)| **time <= log.time[0] + CLOCKS);
         let gone = soon.map(|(_, pose)| (pose.x - first.x).hypot(pose.y - first.y)).fold(0.0, f64::max);
@@ -114,11 +117,67 @@ fn start(work: &mut Work) {
     wrong(work, WayStart, is_wrong);
 }
 
+/// Poses that leap from one row to the next, by ten times what all but one in fifty do: a tracker that took something else for
+/// the robot.
+fn jumps(work: &mut Work) {
+    let std = work.data.campaign.survey.position_std.unwrap_or(READING[0]);
+    let is_wrong = |_: &Work, _: &Run, log: &PoseLog| {
+        let steps = || log.poses.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y));
+        let intervals = || log.time.windows(2).map(|pair| pair[1] - pair[0]);
+        let (step, interval) = (quantile(steps(), 0.98)?, quantile(intervals(), 0.5)?);
+        // Where rows are missing it may have gone as far.
+        let at_once = steps().zip(intervals()).filter(|(_, after)| *after < 3.0 * interval);
+        let largest = at_once.map(|(step, _)| step).fold(0.0, f64::max);
+        (largest > 10.0 * step && largest > SURELY * SQRT_2 * std).then_some((largest, step))
+    };
+    wrong(work, WayJump, is_wrong);
+}
+
+/// Poses that stay the same to the last digit while wheels turn: a tracker that lost the robot and repeats itself.
+fn frozen(work: &mut Work) {
+    let is_wrong = |work: &Work, run: &Run, log: &PoseLog| {
+        let (mut from, mut longest) = (0, (0.0, 0.0));
+        for row in 1..log.poses.len() {
+            if log.poses[row] != log.poses[from] {
+                from = row;
+                continue;
+            }
+            let (begin, end) = (log.time[from] + CLOCKS, log.time[row] - CLOCKS);
+            if end - begin > longest.0 {
+                longest = (end - begin, way_between(work, run, begin, end)?);
+            }
+        }
+        // A tread that rolls as far as a step is no settling.
+        (longest.1 > STEP).then_some((longest.0 + 2.0 * CLOCKS, longest.1))
+    };
+    let runs = wrong(work, WayFrozen, is_wrong);
+    mend(
+        work,
+        |index| runs.contains(&index),
+        |log| {
+            let PoseLog { time, poses } = std::mem::take(log);
+            for (time, pose) in time.into_iter().zip(poses) {
+                if log.poses.last() != Some(&pose) {
+                    log.time.push(time);
+                    log.poses.push(pose);
+                }
+            }
+        },
+    );
+}
+
+/// The value that such a share of `values` does not exceed; `None` of none.
+fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+    let mut values: Vec<f64> = values.collect();
+    values.sort_by(f64::total_cmp);
+    values.get(((values.len() as f64 - 1.0) * share) as usize).copied()
+}
+
 /// Whether the robot goes along its headings, forward or back: with an axis turned round, or two swapped, the way of a square
 /// or a circle is along them as often as across or against.
 fn across(work: &mut Work) {
     let step = STEP.max(SURELY * work.data.campaign.survey.position_std.unwrap_or(READING[0]));
-    let is_wrong = |run: &Run, log: &PoseLog| {
+    let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         // On the spot it goes nowhere, and a path may lead back and forth.
         if matches!(run.protocol, Protocol::Spin { .. } | Protocol::Path) {
             return None;
@@ -184,12 +243,16 @@ fn last_heading(log: &PoseLog) -> Option<f64> {
 }
 
 /// What a question finds of each run.
-fn of_each<T>(work: &Work, ask: impl Fn(&Run, &PoseLog) -> Option<T>) -> Vec<Option<T>> {
-    work.data.runs.iter().map(|run| ask(run, run.poses.as_ref()?)).collect()
+fn of_each<T>(work: &Work, ask: impl Fn(&Work, &Run, &PoseLog) -> Option<T>) -> Vec<Option<T>> {
+    work.data.runs.iter().map(|run| ask(work, run, run.poses.as_ref()?)).collect()
 }
 
 /// Suspects the runs of which a question finds what was seen and what should be; their indices.
-fn wrong(work: &mut Work, kind: SuspicionKind, ask: impl Fn(&Run, &PoseLog) -> Option<(f64, f64)>) -> Vec<usize> {
+fn wrong(
+    work: &mut Work,
+    kind: SuspicionKind,
+    ask: impl Fn(&Work, &Run, &PoseLog) -> Option<(f64, f64)>,
+) -> Vec<usize> {
     let found = of_each(work, ask);
     let runs: Vec<usize> = (0..found.len()).filter(|&index| found[index].is_some()).collect();
     if let Some((seen, expected)) = found.into_iter().flatten().next() {
