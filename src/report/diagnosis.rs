@@ -14,6 +14,8 @@ use std::fmt::Write;
 const MOST_CONDITIONS: usize = 24;
 /// Answers that a table shows.
 const MOST_ANSWERS: usize = 8;
+/// Runs left out that are named.
+const MOST_LEFT_OUT: usize = 6;
 /// Answers that are no longer worth a line.
 const NEGLIGIBLE: f64 = 5e-4;
 
@@ -47,10 +49,21 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>, cautions: &[String]
         out.push('\n');
     }
     let _ = writeln!(out, "Noise: {}.", noise(diagnosis));
-    for left_out in &diagnosis.left_out {
-        let _ = writeln!(out, "Left out: {left_out}.");
+    for words in left_out(diagnosis) {
+        let _ = writeln!(out, "{words}");
     }
     out
+}
+
+/// Runs, or parts of them, that take no part, and why: the first few.
+pub fn left_out(diagnosis: &Diagnosis) -> Vec<String> {
+    let all = &diagnosis.left_out;
+    let shown = if all.len() > MOST_LEFT_OUT { MOST_LEFT_OUT - 1 } else { all.len() };
+    let mut words: Vec<String> = all[..shown].iter().map(|run| format!("Left out: {run}.")).collect();
+    if shown < all.len() {
+        words.push(format!("Left out: {} more, listed in diagnosis.json.", all.len() - shown));
+    }
+    words
 }
 
 /// The same in short, for the recording's text panel.

@@ -104,11 +104,14 @@ fn room_frame(work: &mut Work) {
     );
 }
 
-/// Poses that begin elsewhere than the run, by more than noise and what a robot that is on its way goes while clocks disagree.
+/// Poses that begin with the run and elsewhere, by more than noise and what a robot that is on its way goes while clocks disagree.
 fn start(work: &mut Work) {
     let std = work.data.campaign.survey.position_std.unwrap_or(READING[0]);
-    let is_wrong = |_: &Work, _: &Run, log: &PoseLog| {
+    let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         let first = log.poses.first()?;
+        if run.log().is_some_and(|counts| log.time[0] > counts.time[0] + CLOCKS) {
+            return None;
+        }
         let soon = log.time.iter().zip(&log.poses).take_while(|(time, _)| **time <= log.time[0] + CLOCKS);
         let gone = soon.map(|(_, pose)| (pose.x - first.x).hypot(pose.y - first.y)).fold(0.0, f64::max);
         let off = first.x.hypot(first.y);

@@ -29,7 +29,7 @@ pub fn page(
     beside.extend(words::notes(diagnosis));
     beside.extend(words::next(diagnosis).map(|next| format!("Next experiment: {next}")));
     let mut notes = vec![capital(words::noise(diagnosis))];
-    notes.extend(diagnosis.left_out.iter().map(|run| format!("Left out: {run}.")));
+    notes.extend(words::left_out(diagnosis));
     let sections = [
         Section::of("What is named", vec![Block::Table(words::findings(diagnosis))]),
         Section::of("What the extension is worth", vec![Block::Bars(gain.map(worth).unwrap_or_default())]),
