@@ -83,8 +83,11 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Ok(())
 }
 
+/// Reads datasets, and says what looks wrong with them.
 fn read(folders: &[PathBuf]) -> anyhow::Result<Vec<Dataset>> {
-    folders.iter().map(|folder| Ok(Dataset::read(folder)?)).collect()
+    let datasets = folders.iter().map(|folder| Dataset::read(folder)).collect::<Result<Vec<_>, _>>()?;
+    super::check::warn(datasets.iter());
+    Ok(datasets)
 }
 
 /// Writes a file that must not exist yet.

@@ -4,7 +4,6 @@ use super::options::{positive, set_threads};
 use super::output;
 use super::progress::{progress_bar, simulations};
 use super::watch::stop_on_ctrl_c;
-use crate::calibrate::{self, SuspicionKind};
 use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
 use crate::effect::{Cause, ExtendedModel, load_scene};
@@ -62,19 +61,8 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::expect_new(arguments.out.as_deref())?;
     let read = |paths: &[PathBuf]| paths.iter().map(|path| Dataset::read(path)).collect::<Result<Vec<_>, _>>();
     let (datasets, hold_out) = (read(&arguments.datasets)?, read(&arguments.hold_out)?);
-    // A mistake of noting or wiring is no cause, and may take minutes to be called unexplained. What one direction leaves open a
-    // diagnosis says itself, and several campaigns may have both.
-    let mistakes = |dataset| {
-        let mut found = calibrate::check(dataset);
-        found.retain(|suspicion| suspicion.kind != SuspicionKind::OneDirection);
-        (dataset, found)
-    };
-    let checked = datasets.iter().chain(&hold_out).map(mistakes);
-    let wrong: Vec<_> = checked.filter(|(_, found)| !found.is_empty()).collect();
+    let wrong = super::check::warn(datasets.iter().chain(&hold_out));
     let cautions = check::cautions(&wrong);
-    for words in &cautions {
-        eprintln!("look at the data first: {words}");
-    }
     let (robot, world) = models(arguments, &datasets[0])?;
     let given = load_scene(&robot, &world)?;
     let settings = Cause::from_settings(&arguments.settings, &given)?;

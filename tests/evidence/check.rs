@@ -600,6 +600,9 @@ fn init_and_check_on_the_command_line() {
     let (code, stdout, stderr) = treadmark(at, &["check", "lab"]);
     assert_eq!((code, stderr.as_str()), (Some(1), ""), "{stdout}");
     assert!(stdout.contains("1 thing looks wrong") && stdout.contains("degrees"), "{stdout}");
+    let (_, stdout, stderr) = treadmark(at, &["calibrate", "lab"]);
+    assert!(stderr.starts_with("look at the data first: ") && stderr.contains("degrees"), "{stderr}");
+    assert!(!stdout.contains("degrees"), "{stdout}");
     let (code, stdout, _) = treadmark(at, &["check", "lab", "--json"]);
     assert_eq!(code, Some(1));
     let json: serde_json::Value = serde_json::from_str(&stdout).expect("stdout is JSON alone");
