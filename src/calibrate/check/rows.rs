@@ -9,8 +9,8 @@ use std::f64::consts::TAU;
 const JUMP: f64 = 20.0;
 /// How near to the counter's range a jump is, relative.
 const RANGE: f64 = 0.05;
-/// Mean speeds of the wheels that no robot under test has \[m/s\]: half a millimetre a second is a metre an hour and a half.
-const SPEEDS: [f64; 2] = [5e-4, 50.0];
+/// Mean speeds of the wheels beyond which no robot is tested \[m/s\]: in milliseconds one of 3 m/s seems to go so slowly.
+const SPEEDS: [f64; 2] = [3e-3, 50.0];
 /// Times the usual interval between rows, and seconds, from which on rows are missing; and how far a wheel has to go meanwhile \[m\].
 const GAP: (f64, f64, f64) = (10.0, 0.5, 0.02);
 /// Between one and the smallest wrong factor of seconds, 1000, in proportion.
@@ -65,8 +65,8 @@ pub(super) fn stamps(work: &mut Work) {
         let way: f64 = arcs.iter().flatten().map(|arc| arc.abs()).sum::<f64>() / 2.0;
         let duration = log.time[log.len() - 1] - log.time[0];
         let speed = way / duration;
-        let is_real = !(SPEEDS[0]..SPEEDS[1]).contains(&speed) && way > odometry.left_wheel_radius;
-        is_real.then_some((speed, duration))
+        let is_none = !(SPEEDS[0]..SPEEDS[1]).contains(&speed) && way > odometry.left_wheel_radius;
+        is_none.then_some((speed, duration))
     };
     mend(work, LogTime, is_wrong, |run| {
         let same_unit =
