@@ -285,7 +285,8 @@ impl Study<'_> {
         let mut simulated: Vec<usize> =
             (0..answer.len()).filter(|&index| is_simulated(&self.variants[answer[index].0.variant])).collect();
         simulated.sort_by(|&a, &b| from_plausible(b).total_cmp(&from_plausible(a)));
-        for reduced in [simulated.get(..1).unwrap_or_default(), &simulated] {
+        let (farthest, all) = (simulated.get(..1), simulated.get(..).filter(|all| all.len() > 1));
+        for reduced in farthest.into_iter().chain(all) {
             let (surrogate, bench) = self.bench();
             let mut at = answer.to_vec();
             let share = as_far_as(1.0, |share| {

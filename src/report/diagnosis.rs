@@ -22,8 +22,8 @@ const NEGLIGIBLE: f64 = 5e-4;
 /// The report for a terminal, after what looks wrong with the data themselves.
 pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>, cautions: &[String]) -> String {
     let mut out = String::new();
-    for words in cautions {
-        let _ = writeln!(out, "Look at the data first. {words}\n");
+    for words in first(cautions) {
+        let _ = writeln!(out, "{words}\n");
     }
     let _ = writeln!(out, "{}\n", answer(diagnosis));
     let draw = |grid: Grid| if grid.rows.is_empty() { String::new() } else { grid.draw(Style::Terminal) };
@@ -53,6 +53,11 @@ pub fn diagnosis(diagnosis: &Diagnosis, gain: Option<&Gain>, cautions: &[String]
         let _ = writeln!(out, "{words}");
     }
     out
+}
+
+/// What looks wrong with the data, as it stands before all that is said of them.
+pub fn first(cautions: &[String]) -> impl Iterator<Item = String> {
+    cautions.iter().map(|words| format!("Look at the data first. {words}"))
 }
 
 /// Runs, or parts of them, that take no part, and why: the first few.

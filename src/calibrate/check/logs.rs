@@ -3,9 +3,8 @@
 use super::SuspicionKind::{
     CountSignBoth, CountSignLeft, CountSignRight, SideLength, TicksPerRevolution, TrackWidth, WheelRadius,
 };
-use super::{FACTOR, SuspicionKind, TRACK_FACTOR, Work, label, median, stated_turn, within};
+use super::{FACTOR, SuspicionKind, TRACK_FACTOR, Work, label, median, stated_turn, stated_way, within};
 use crate::dataset::{DriveKind, EncoderLog, EncoderUnit, Protocol};
-use std::f64::consts::TAU;
 
 /// What `[odometry]` states against the nominal facts of `[robot]`.
 pub(super) fn against_nominal(work: &mut Work) {
@@ -62,14 +61,8 @@ pub(super) fn count_signs(work: &mut Work) {
         // Net ways of the two sides that the protocol calls for, as far as it does.
         let turned = stated_turn(&run.protocol).zip(label(&run.protocol)).map(|(turn, sign)| 0.5 * turn * sign);
         let arc = turned.map_or(0.0, |turned| turned * odometry.track_width);
-        let way = match run.protocol {
-            Protocol::Square { side, .. } => 4.0 * side,
-            Protocol::Circle { radius, turn, .. } => radius * turn.unwrap_or(TAU),
-            Protocol::Spin { .. } => 0.0,
-            // Its sign is asked for by `senses::travel`.
-            Protocol::Straight { length, direction } => length * direction.sign(),
-            Protocol::Path => continue,
-        };
+        // The sign of a straight is asked for by `senses::travel`.
+        let Some(way) = stated_way(&run.protocol) else { continue };
         let expected = [way - arc, way + arc];
         // Both signs must be sure: the smaller expected way at least a third of the larger (else a wrong track or a
         // wheel that slips could turn it round), and each logged way at least a tenth of the other.

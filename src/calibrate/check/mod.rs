@@ -18,7 +18,7 @@ mod way;
 pub use suspicion::{Suspicion, SuspicionKind};
 
 use crate::dataset::{Dataset, EncoderUnit, Protocol, Run, SurveyedPose};
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, wrap_angle};
 use crate::odometry::OdometryParameters;
 use std::f64::consts::{SQRT_2, TAU};
 
@@ -56,6 +56,9 @@ const FACTOR: f64 = SQRT_2;
 /// How far a believed track may be from the one that the robot turns by. Skid steering alone makes a factor of up to
 /// 2.2 in what makers ship (1.4 to 1.9 for most); a slipped decimal point makes ten.
 const TRACK_FACTOR: f64 = 2.5;
+
+/// What clocks of a robot and of a survey may disagree by, and more \[s\].
+const CLOCKS: f64 = 0.5;
 
 /// The dataset while it is being mended, and what was found.
 struct Work {
@@ -97,6 +100,16 @@ impl Work {
         }
     }
 
+    /// Suspects the runs of which a question finds what was seen and what should be; their indices.
+    fn ask(&mut self, kind: SuspicionKind, ask: impl Fn(&Work, &Run) -> Option<(f64, f64)>) -> Vec<usize> {
+        let found: Vec<Option<(f64, f64)>> = self.data.runs.iter().map(|run| ask(self, run)).collect();
+        let runs: Vec<usize> = (0..found.len()).filter(|&index| found[index].is_some()).collect();
+        if let Some((seen, expected)) = found.into_iter().flatten().next() {
+            self.suspect(kind, &runs, seen, expected);
+        }
+        runs
+    }
+
     /// Indices of the runs that `keep`.
     fn indices(&self, keep: impl Fn(&Run) -> bool) -> Vec<usize> {
         (0..self.data.runs.len()).filter(|&index| keep(&self.data.runs[index])).collect()
@@ -104,13 +117,23 @@ impl Work {
 
     /// Net way of the left and of the right wheels of a run by its log \[m\].
     fn arcs(&self, run: &Run) -> Option<[f64; 2]> {
+        self.arc(run, 0, run.log()?.len() - 1)
+    }
+
+    /// That from row to row.
+    fn arcs_of_rows(&self, run: &Run) -> Option<Vec<[f64; 2]>> {
+        (1..run.log()?.len()).map(|row| self.arc(run, row - 1, row)).collect()
+    }
+
+    /// That from one row to another.
+    fn arc(&self, run: &Run, from: usize, until: usize) -> Option<[f64; 2]> {
         let odometry = self.odometry.as_ref()?;
         let log = run.log()?;
         // Ticks that nobody can turn into radians.
         if log.unit == EncoderUnit::Ticks && odometry.ticks_per_revolution.is_none() {
             return None;
         }
-        let (first, last) = (log.sides(0, odometry), log.sides(log.len() - 1, odometry));
+        let (first, last) = (log.sides(from, odometry), log.sides(until, odometry));
         Some([(last[0] - first[0]) * odometry.left_wheel_radius, (last[1] - first[1]) * odometry.right_wheel_radius])
     }
 
@@ -161,6 +184,17 @@ fn stated_turn(protocol: &Protocol) -> Option<f64> {
     }
 }
 
+/// Net way that the protocol states, negative in reverse \[m\].
+fn stated_way(protocol: &Protocol) -> Option<f64> {
+    match *protocol {
+        Protocol::Square { side, .. } => Some(4.0 * side),
+        Protocol::Circle { radius, turn, .. } => Some(radius * turn.unwrap_or(TAU)),
+        Protocol::Straight { length, direction } => Some(length * direction.sign()),
+        Protocol::Spin { .. } => Some(0.0),
+        Protocol::Path => None,
+    }
+}
+
 /// The length that the protocol states \[m\].
 fn stated_length(protocol: &Protocol) -> Option<f64> {
     match *protocol {
@@ -169,6 +203,18 @@ fn stated_length(protocol: &Protocol) -> Option<f64> {
         Protocol::Circle { radius, .. } => Some(radius),
         Protocol::Spin { .. } | Protocol::Path => None,
     }
+}
+
+/// A pose as seen from a start; of a heading that was not measured nothing is taken off.
+fn seen_from(start: Pose2, pose: SurveyedPose) -> SurveyedPose {
+    let seen = start.relative(Pose2::new(pose.x, pose.y, pose.heading.unwrap_or(0.0)));
+    SurveyedPose { x: seen.x, y: seen.y, heading: pose.heading.map(|_| seen.heading) }
+}
+
+/// How far two poses are apart, headings within a turn and by `length` \[m\].
+fn apart(one: SurveyedPose, other: SurveyedPose, length: f64) -> f64 {
+    let turn = one.heading.zip(other.heading).map_or(0.0, |(one, other)| wrap_angle(one - other).abs());
+    (one.x - other.x).hypot(one.y - other.y) + length * turn
 }
 
 /// The start as seen from the end.

@@ -1,8 +1,8 @@
 //! Rows of logs: whether counts go on counting, whether rows are missing, and what their stamps are in.
 
 use super::SuspicionKind::{ClocksApart, CountSteps, CountsWrapped, LogGap, LogTime};
-use super::{FACTOR, SuspicionKind, Work, within};
-use crate::dataset::{EncoderLog, EncoderUnit, Protocol, Run};
+use super::{CLOCKS, FACTOR, SuspicionKind, Work, median, stated_way, within};
+use crate::dataset::{EncoderLog, EncoderUnit, Run};
 use std::f64::consts::TAU;
 
 /// How many times a jump between rows is a wheel's largest step that is none, before it is taken for the counter's.
@@ -15,22 +15,16 @@ const SPEEDS: [f64; 2] = [3e-3, 50.0];
 const GAP: (f64, f64, f64) = (10.0, 0.5, 0.02);
 /// Between one and the smallest wrong factor of seconds, 1000, in proportion.
 const UNITS: f64 = 30.0;
-/// What clocks of encoders and survey may disagree by \[s\].
-const CLOCKS: f64 = 0.5;
 
 /// Counts of each row alone, where the sum of all is what was driven and their difference from first to last is nothing.
 pub(super) fn steps(work: &mut Work) {
     let is_wrong = |work: &Work, run: &Run| {
-        let way = match run.protocol {
-            Protocol::Square { side, .. } => 4.0 * side,
-            Protocol::Straight { length, direction } => length * direction.sign(),
-            Protocol::Circle { radius, turn, .. } => radius * turn.unwrap_or(TAU),
-            Protocol::Spin { .. } | Protocol::Path => return None,
-        };
-        let counted = work.logged_way(run)?;
-        let summed = Run { encoders: run.encoders.clone().map(summed), ..run.clone() };
-        let sum = work.logged_way(&summed)?;
-        (counted.abs() < 0.1 * way.abs() && within((sum / way).abs(), FACTOR)).then_some((counted, sum))
+        let (way, counted) = (stated_way(&run.protocol)?, work.logged_way(run)?);
+        if counted.abs() >= 0.1 * way.abs() {
+            return None;
+        }
+        let sum = work.logged_way(&Run { encoders: run.encoders.clone().map(summed), ..run.clone() })?;
+        within((sum / way).abs(), FACTOR).then_some((counted, sum))
     };
     mend(work, CountSteps, is_wrong, |run| run.encoders = run.encoders.take().map(summed));
 }
@@ -40,14 +34,13 @@ pub(super) fn wrapped(work: &mut Work) {
     let is_wrong = |work: &Work, run: &Run| {
         // Where rows are missing a wheel may have gone as far.
         let log = run.log().filter(|_| gap(work, run).is_none())?;
-        let ranges = (0..log.channels.len()).filter_map(|channel| Some((jump(log, channel)?, range(log, channel)?)));
-        ranges.max_by(|(_, a), (_, b)| a.total_cmp(b))
+        (0..log.channels.len()).filter_map(|channel| begins_anew(log, channel)).max_by(|(_, a), (_, b)| a.total_cmp(b))
     };
     mend(work, CountsWrapped, is_wrong, |run| {
         let Some(log) = &mut run.encoders else { return };
         let width = log.channels.len();
         for channel in 0..width {
-            let Some(range) = range(log, channel) else { continue };
+            let Some((_, range)) = begins_anew(log, channel) else { continue };
             for row in 1..log.len() {
                 let before = log.counts[(row - 1) * width + channel];
                 let count = &mut log.counts[row * width + channel];
@@ -61,7 +54,7 @@ pub(super) fn wrapped(work: &mut Work) {
 pub(super) fn stamps(work: &mut Work) {
     let is_wrong = |work: &Work, run: &Run| {
         let (log, odometry) = (run.log()?, work.odometry.as_ref()?);
-        let arcs = arcs(work, run)?;
+        let arcs = work.arcs_of_rows(run)?;
         let way: f64 = arcs.iter().flatten().map(|arc| arc.abs()).sum::<f64>() / 2.0;
         let duration = log.time[log.len() - 1] - log.time[0];
         let speed = way / duration;
@@ -79,7 +72,7 @@ pub(super) fn stamps(work: &mut Work) {
 
 /// Rows that are missing while wheels turned: nobody knows how.
 pub(super) fn gaps(work: &mut Work) {
-    mend(work, LogGap, gap, |_| {});
+    work.ask(LogGap, gap);
 }
 
 /// Poses at other times than counts: spans that share less than half of the shorter one.
@@ -91,7 +84,7 @@ pub(super) fn clocks(work: &mut Work) {
         let alike = within((read.1 - read.0) / (counted.1 - counted.0), UNITS);
         (shared < 0.5 * shorter || !alike).then_some((read.1, counted.1))
     };
-    mend(work, ClocksApart, is_wrong, |_| {});
+    work.ask(ClocksApart, is_wrong);
 }
 
 /// From when to when counts and poses of a run were logged \[s\].
@@ -104,31 +97,19 @@ fn spans(run: &Run) -> Option<[(f64, f64); 2]> {
 /// The longest interval without rows while wheels turned, where it is no usual one, and the usual one \[s\].
 fn gap(work: &Work, run: &Run) -> Option<(f64, f64)> {
     let time = &run.log()?.time;
-    let mut intervals: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let arcs = arcs(work, run)?;
+    let intervals: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let arcs = work.arcs_of_rows(run)?;
     let went = |k: &usize| arcs[*k].iter().any(|arc| arc.abs() > GAP.2);
     let longest = (0..intervals.len()).filter(went).map(|k| intervals[k]).fold(0.0, f64::max);
-    intervals.sort_by(f64::total_cmp);
-    let usual = intervals[intervals.len() / 2];
+    let usual = median(intervals)?;
     (longest > GAP.0 * usual && longest > GAP.1).then_some((longest, usual))
 }
 
 /// How far the wheels go between two times, the mean of both sides \[m\].
 pub(super) fn way_between(work: &Work, run: &Run, from: f64, until: f64) -> Option<f64> {
-    let (time, arcs) = (&run.log()?.time, arcs(work, run)?);
+    let (time, arcs) = (&run.log()?.time, work.arcs_of_rows(run)?);
     let within = |(k, _): &(usize, &[f64; 2])| time[*k] >= from && time[k + 1] <= until;
     Some(arcs.iter().enumerate().filter(within).map(|(_, [left, right])| 0.5 * (left.abs() + right.abs())).sum())
-}
-
-/// What the left and the right wheels go from row to row \[m\].
-fn arcs(work: &Work, run: &Run) -> Option<Vec<[f64; 2]>> {
-    let (log, odometry) = (run.log()?, work.odometry.as_ref()?);
-    if log.unit == EncoderUnit::Ticks && odometry.ticks_per_revolution.is_none() {
-        return None;
-    }
-    let radii = [odometry.left_wheel_radius, odometry.right_wheel_radius];
-    let sides: Vec<[f64; 2]> = (0..log.len()).map(|row| log.sides(row, odometry)).collect();
-    Some(sides.windows(2).map(|pair| [0, 1].map(|side| (pair[1][side] - pair[0][side]) * radii[side])).collect())
 }
 
 /// Counts that go on, of those of each row alone.
@@ -146,37 +127,29 @@ fn differences(log: &EncoderLog, channel: usize) -> impl Iterator<Item = f64> {
     (1..log.len()).map(move |row| count(row) - count(row - 1))
 }
 
-/// The largest jump of a channel that is none of the wheel's: far beyond all but a few of its steps.
-fn jump(log: &EncoderLog, channel: usize) -> Option<f64> {
+/// The largest jump of a channel, far beyond all but a few of the wheel's steps, and the range of its counter, where every jump is
+/// of it.
+fn begins_anew(log: &EncoderLog, channel: usize) -> Option<(f64, f64)> {
     let mut sizes: Vec<f64> = differences(log, channel).map(f64::abs).collect();
     sizes.sort_by(f64::total_cmp);
-    let usual = sizes.get(sizes.len() * 9 / 10).copied()?;
-    sizes.last().copied().filter(|largest| *largest > JUMP * usual.max(f64::MIN_POSITIVE) && usual > 0.0)
-}
-
-/// The range of a channel's counter, where every jump is of it.
-fn range(log: &EncoderLog, channel: usize) -> Option<f64> {
-    let largest = jump(log, channel)?;
+    let (usual, largest) = (sizes[sizes.len() * 9 / 10], *sizes.last()?);
+    if usual == 0.0 || largest <= JUMP * usual {
+        return None;
+    }
     let range = match log.unit {
         EncoderUnit::Ticks => largest.log2().round().exp2(),
         EncoderUnit::Radians => TAU,
     };
-    let is_of_it = |size: f64| size < 0.5 * range || within(size / range, 1.0 + RANGE);
-    (within(largest / range, 1.0 + RANGE) && differences(log, channel).all(|step| is_of_it(step.abs())))
-        .then_some(range)
+    let is_range = |size: f64| within(size / range, 1.0 + RANGE);
+    (is_range(largest) && sizes.iter().all(|&size| size < 0.5 * range || is_range(size))).then_some((largest, range))
 }
 
-/// Suspects the runs of which a question finds what was seen and what should be, and changes their logs in the working copy.
+/// Suspects the runs of which a question finds what was seen and what should be, and changes them in the working copy.
 fn mend(
     work: &mut Work,
     kind: SuspicionKind,
     ask: impl Fn(&Work, &Run) -> Option<(f64, f64)>,
     change: impl Fn(&mut Run),
 ) {
-    let found: Vec<Option<(f64, f64)>> = work.data.runs.iter().map(|run| ask(work, run)).collect();
-    let runs: Vec<usize> = (0..found.len()).filter(|&index| found[index].is_some()).collect();
-    if let Some((seen, expected)) = found.into_iter().flatten().next() {
-        work.suspect(kind, &runs, seen, expected);
-    }
-    runs.into_iter().for_each(|index| change(&mut work.data.runs[index]));
+    work.ask(kind, ask).into_iter().for_each(|index| change(&mut work.data.runs[index]));
 }

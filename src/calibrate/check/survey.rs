@@ -4,8 +4,8 @@ use super::SuspicionKind::{
     ColumnsSwapped, HeadingDegrees, HeadingWrapped, OneAxisFlipped, PositionUnit, RoomFrame, SideLength, XAxisFlipped,
     YAxisFlipped,
 };
-use super::{FACTOR, TRACK_FACTOR, Work, median, share, stated_length, stated_turn, vector, within};
-use crate::dataset::{Protocol, Rotation, SurveyedPose};
+use super::{FACTOR, TRACK_FACTOR, Work, apart, median, seen_from, share, stated_length, stated_turn, vector, within};
+use crate::dataset::{Protocol, Rotation};
 use crate::geometry::{Pose2, unwrap_near, wrap_angle};
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -32,21 +32,12 @@ pub(super) fn room_frame(work: &mut Work) {
             continue;
         };
         let length = stated_length(&run.protocol).unwrap_or(1.0);
-        let misfit = |pose: Pose2| {
-            let turn = if end.heading.is_some() { wrap_angle(pose.heading - nominal.heading).abs() } else { 0.0 };
-            pose.distance(nominal) + length * turn
-        };
-        let as_noted = Pose2::new(end.x, end.y, end.heading.unwrap_or(0.0));
-        let from_start = start.relative(as_noted);
-        noted += misfit(as_noted);
-        seen_from_start += misfit(from_start);
+        let from_start = seen_from(start, end);
+        noted += apart(end, nominal.into(), length);
+        seen_from_start += apart(from_start, nominal.into(), length);
         scale += length;
         runs.push(index);
-        mended.push(SurveyedPose {
-            x: from_start.x,
-            y: from_start.y,
-            heading: end.heading.map(|_| from_start.heading),
-        });
+        mended.push(from_start);
     }
     // Four times nearer, and a tenth of a side to begin with: a mean of start poses that is by chance the mean error of
     // the ends is the only other way to this.

@@ -2,7 +2,7 @@
 
 use super::SuspicionKind::{WayAcross, WayDegrees, WayFrozen, WayJump, WayRoomFrame, WayStart, WayUnit, WayWrapped};
 use super::rows::way_between;
-use super::{FACTOR, SuspicionKind, Work, label, stated_length, stated_turn, within};
+use super::{CLOCKS, FACTOR, SuspicionKind, Work, apart, label, median, seen_from, stated_length, stated_turn, within};
 use crate::dataset::{PoseLog, Protocol, Run, SurveyedPose};
 use crate::geometry::{Pose2, unwrap_near, wrap_angle};
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
@@ -12,9 +12,6 @@ const READING: [f64; 2] = [0.005, 0.01];
 
 /// What two readings of one pose never differ by, in σ of one.
 const SURELY: f64 = 7.0;
-
-/// What clocks of a robot and of a survey may disagree by, and more \[s\].
-const CLOCKS: f64 = 0.5;
 
 /// Steps by which it is seen where a robot goes \[m\], and how far it may turn in one \[rad\].
 const STEP: f64 = 0.05;
@@ -57,19 +54,14 @@ fn wrapped(work: &mut Work) {
 
 /// Positions in millimetres or centimetres, by how far the robot got from where its log begins.
 fn units(work: &mut Work) {
-    let factor = |_: &Work, run: &Run, log: &PoseLog| {
-        let (reached, expected) = reach(run, log)?;
-        [1e-2, 1e-3].into_iter().find(|factor| within(factor * reached / expected, FACTOR))
-    };
-    let factors: Vec<Option<f64>> = of_each(work, factor);
-    let runs = wrong(work, WayUnit, |work, run, log| factor(work, run, log).and(reach(run, log)));
-    for index in runs {
-        let by = factors[index].expect("it is wrong by a factor");
-        mend(
-            work,
-            |it| it == index,
-            |log| log.poses.iter_mut().for_each(|pose| (pose.x, pose.y) = (by * pose.x, by * pose.y)),
-        );
+    for factor in [1e-2, 1e-3] {
+        let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
+            let (reached, expected) = reach(run, log)?;
+            within(factor * reached / expected, FACTOR).then_some((reached, expected))
+        };
+        let runs = wrong(work, WayUnit, is_wrong);
+        let to_metres = |pose: &mut SurveyedPose| (pose.x, pose.y) = (factor * pose.x, factor * pose.y);
+        mend(work, |index| runs.contains(&index), |log| log.poses.iter_mut().for_each(to_metres));
     }
 }
 
@@ -84,12 +76,8 @@ fn room_frame(work: &mut Work) {
             (Some(end), _) => (end, SURELY * (std[0] + length * std[1])),
             (None, nominal) => (nominal?.into(), 0.1 * length),
         };
-        let misfit = |pose: SurveyedPose| {
-            let turn = pose.heading.zip(end.heading).map_or(0.0, |(one, other)| wrap_angle(one - other).abs());
-            (pose.x - end.x).hypot(pose.y - end.y) + length * turn
-        };
-        let (first, last) = (log.poses.first()?, log.poses.last()?);
-        let (noted, from_start) = (misfit(*last), misfit(seen_from(first, last)));
+        let (first, last) = (first_pose(log)?, *log.poses.last()?);
+        let (noted, from_start) = (apart(last, end, length), apart(seen_from(first, last), end, length));
         // Four times nearer, as of ends.
         (noted > 4.0 * from_start && noted > near).then_some((noted, from_start))
     };
@@ -98,8 +86,8 @@ fn room_frame(work: &mut Work) {
         work,
         |index| runs.contains(&index),
         |log| {
-            let Some(first) = log.poses.first().copied() else { return };
-            log.poses.iter_mut().for_each(|pose| *pose = seen_from(&first, pose));
+            let Some(first) = first_pose(log) else { return };
+            log.poses.iter_mut().for_each(|pose| *pose = seen_from(first, *pose));
         },
     );
 }
@@ -127,7 +115,7 @@ fn jumps(work: &mut Work) {
     let is_wrong = |_: &Work, _: &Run, log: &PoseLog| {
         let steps = || log.poses.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y));
         let intervals = || log.time.windows(2).map(|pair| pair[1] - pair[0]);
-        let (step, interval) = (quantile(steps(), 0.98)?, quantile(intervals(), 0.5)?);
+        let (step, interval) = (quantile(steps(), 0.98)?, median(intervals())?);
         // Where rows are missing it may have gone as far.
         let at_once = steps().zip(intervals()).filter(|(_, after)| *after < 3.0 * interval);
         let largest = at_once.map(|(step, _)| step).fold(0.0, f64::max);
@@ -139,19 +127,18 @@ fn jumps(work: &mut Work) {
 /// Poses that stay the same to the last digit while wheels turn: a tracker that lost the robot and repeats itself.
 fn frozen(work: &mut Work) {
     let is_wrong = |work: &Work, run: &Run, log: &PoseLog| {
-        let (mut from, mut longest) = (0, (0.0, 0.0));
-        for row in 1..log.poses.len() {
-            if log.poses[row] != log.poses[from] {
-                from = row;
-                continue;
-            }
-            let (begin, end) = (log.time[from] + CLOCKS, log.time[row] - CLOCKS);
-            if end - begin > longest.0 {
-                longest = (end - begin, way_between(work, run, begin, end)?);
-            }
-        }
+        let mut row = 0;
+        let stretches = log.poses.chunk_by(|one, next| one == next).map(|alike| {
+            let first = row;
+            row += alike.len();
+            (log.time[first], log.time[row - 1])
+        });
+        // What is shorter than clocks may disagree by says nothing.
+        let stands = stretches.filter(|(from, until)| until - from > 2.0 * CLOCKS);
+        let ways = stands
+            .filter_map(|(from, until)| Some((until - from, way_between(work, run, from + CLOCKS, until - CLOCKS)?)));
         // A tread that rolls as far as a step is no settling.
-        (longest.1 > STEP).then_some((longest.0 + 2.0 * CLOCKS, longest.1))
+        ways.filter(|(_, way)| *way > STEP).max_by(|(one, _), (other, _)| one.total_cmp(other))
     };
     let runs = wrong(work, WayFrozen, is_wrong);
     mend(
@@ -234,34 +221,22 @@ fn reach(run: &Run, log: &PoseLog) -> Option<(f64, f64)> {
     }
 }
 
-/// A pose as seen from the first; of headings that were not measured none is taken off.
-fn seen_from(first: &SurveyedPose, pose: &SurveyedPose) -> SurveyedPose {
-    let start = Pose2::new(first.x, first.y, first.heading.unwrap_or(0.0));
-    let seen = start.relative(Pose2::new(pose.x, pose.y, pose.heading.unwrap_or(0.0)));
-    SurveyedPose { x: seen.x, y: seen.y, heading: pose.heading.map(|heading| heading - start.heading) }
+/// The first pose; a heading that was not measured is none.
+fn first_pose(log: &PoseLog) -> Option<Pose2> {
+    log.poses.first().map(|pose| Pose2::new(pose.x, pose.y, pose.heading.unwrap_or(0.0)))
 }
 
 fn last_heading(log: &PoseLog) -> Option<f64> {
     log.poses.iter().rev().find_map(|pose| pose.heading)
 }
 
-/// What a question finds of each run.
-fn of_each<T>(work: &Work, ask: impl Fn(&Work, &Run, &PoseLog) -> Option<T>) -> Vec<Option<T>> {
-    work.data.runs.iter().map(|run| ask(work, run, run.poses.as_ref()?)).collect()
-}
-
-/// Suspects the runs of which a question finds what was seen and what should be; their indices.
+/// Suspects the runs with poses of which a question finds what was seen and what should be; their indices.
 fn wrong(
     work: &mut Work,
     kind: SuspicionKind,
     ask: impl Fn(&Work, &Run, &PoseLog) -> Option<(f64, f64)>,
 ) -> Vec<usize> {
-    let found = of_each(work, ask);
-    let runs: Vec<usize> = (0..found.len()).filter(|&index| found[index].is_some()).collect();
-    if let Some((seen, expected)) = found.into_iter().flatten().next() {
-        work.suspect(kind, &runs, seen, expected);
-    }
-    runs
+    work.ask(kind, |work, run| ask(work, run, run.poses.as_ref()?))
 }
 
 /// Changes the poses of some runs in the working copy.

@@ -24,7 +24,7 @@ pub fn page(
         more => format!("{more} more conditions are in the recording."),
     };
     let drawn = &conditions[..conditions.len().min(MOST_FIGURES)];
-    let mut beside: Vec<String> = cautions.iter().map(|words| format!("Look at the data first. {words}")).collect();
+    let mut beside: Vec<String> = words::first(cautions).collect();
     beside.extend(words::worth(gain));
     beside.extend(words::notes(diagnosis));
     beside.extend(words::next(diagnosis).map(|next| format!("Next experiment: {next}")));
