@@ -2,16 +2,17 @@
 
 use super::error::ImportError;
 use super::finding::Finding;
-use super::log::{Log, Row, usual_interval};
+use super::log::{Log, Row, span, usual_interval};
 use super::mend::Break;
 use super::stamp::{Nanoseconds, seconds};
 use super::{Cut, NUDGE};
+use crate::geometry::Pose2;
 use std::ops::Range;
 
 /// A wheel that turns by no more stands still; an encoder on an edge flickers by a tick \[rad\].
 const STILL: f64 = 0.01;
-/// What a run keeps of the standstills around it, at most, and half of them at most: robots are often carried back to
-/// the mark between runs, with wheels that stand still \[ns\].
+/// What a run keeps of the standstills around it, and a reading of the survey, and half of them at most: robots are often
+/// carried back to the mark between runs, with wheels that stand still \[ns\].
 const KEPT: Nanoseconds = 500_000_000;
 
 /// Part of a recording that is one run.
@@ -52,14 +53,18 @@ pub(super) fn cut(
             },
             Cut::Standstills { least } => between_standstills(log, piece.clone(), least, angle, findings),
         };
-        stretches.extend(runs.into_iter().map(|run| Stretch {
-            poses: while_it_lasts(&log.poses, poses.clone(), rows[run.start].stamp, rows[run.end - 1].stamp),
-            in_motion: [
-                moves(&rows[run.start..run.end.min(run.start + 2)], angle),
-                moves(&rows[run.start.max(run.end.saturating_sub(2))..run.end], angle),
-            ],
-            rows: run,
-        }));
+        for run in runs {
+            let poses = while_it_lasts(&log.poses, poses.clone(), rows[run.start].stamp, rows[run.end - 1].stamp);
+            let run = where_seen(log, run, &log.poses[poses.clone()], angle, findings);
+            stretches.push(Stretch {
+                poses,
+                in_motion: [
+                    moves(&rows[run.start..run.end.min(run.start + 2)], angle),
+                    moves(&rows[run.start.max(run.end.saturating_sub(2))..run.end], angle),
+                ],
+                rows: run,
+            });
+        }
     }
     Ok(stretches)
 }
@@ -93,6 +98,35 @@ fn while_it_lasts<T>(poses: &[Row<T>], within: Range<usize>, first: Nanoseconds,
     within.start + start..within.start + end.max(start)
 }
 
+/// What of a run the poses cover: a survey that begins on the way does not know the start, nor one that ends there the end.
+fn where_seen(
+    log: &Log,
+    run: Range<usize>,
+    poses: &[Row<Pose2>],
+    angle: f64,
+    findings: &mut Vec<Finding>,
+) -> Range<usize> {
+    let rows = &log.wheels.rows;
+    let Some([first, last]) = span(poses) else { return run };
+    // Up to a reading of the wheels on either side.
+    let within = &rows[run.clone()];
+    let start = run.start + within.partition_point(|row| row.stamp <= first).saturating_sub(1);
+    let end = (run.start + within.partition_point(|row| row.stamp < last) + 1).clamp(start + 1, run.end);
+    let mut unseen = |part: Range<usize>, when| {
+        let turned = turned(&rows[part.clone()], angle);
+        let is_much = turned > NUDGE;
+        if is_much {
+            let at = |row: usize| seconds(rows[row].stamp - rows[0].stamp);
+            let (from, until) = (at(part.start), at(part.end - 1));
+            findings.push(Finding::Unseen { log: log.name.clone(), from, until, turned, when });
+        }
+        is_much
+    };
+    let begins_later = unseen(run.start..start + 1, "before");
+    let ends_earlier = unseen(end - 1..run.end, "after");
+    (if begins_later { start } else { run.start })..(if ends_earlier { end } else { run.end })
+}
+
 /// The runs between the standstills of a piece that has no break.
 fn between_standstills(
     log: &Log,
@@ -103,19 +137,19 @@ fn between_standstills(
 ) -> Vec<Range<usize>> {
     let rows = &log.wheels.rows;
     let stands = standstills(rows, piece.clone(), (least * 1e9) as Nanoseconds, angle);
+    let least_kept = KEPT.max(usual_interval(&log.poses));
+    let kept = |stand: &Range<usize>| least_kept.min((rows[stand.end - 1].stamp - rows[stand.start].stamp) / 2);
     // Moving parts lie before, between and after them; each part with the standstills on its two sides.
     let mut runs = Vec::new();
     for index in 0..=stands.len() {
         let before = index.checked_sub(1).map(|before| &stands[before]);
         let after = stands.get(index);
         let start = before.map_or(piece.start, |stand| {
-            let kept = KEPT.min((rows[stand.end - 1].stamp - rows[stand.start].stamp) / 2);
-            let since = rows[stand.end - 1].stamp - kept;
+            let since = rows[stand.end - 1].stamp - kept(stand);
             stand.start + rows[stand.clone()].partition_point(|row| row.stamp < since)
         });
         let end = after.map_or(piece.end, |stand| {
-            let kept = KEPT.min((rows[stand.end - 1].stamp - rows[stand.start].stamp) / 2);
-            let until = rows[stand.start].stamp + kept;
+            let until = rows[stand.start].stamp + kept(stand);
             stand.start + rows[stand.clone()].partition_point(|row| row.stamp <= until)
         });
         if start >= end {

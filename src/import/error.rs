@@ -187,6 +187,20 @@ pub enum ImportError {
         /// Whether the recorder's own clock is there to be taken.
         log_clock: bool,
     },
+    /// Times in another unit than seconds.
+    #[error(
+        "{}: {stream} are stamped {interval:.3} s apart, so their times are hardly in seconds; where they are in milliseconds \
+         say --map t_ms=COLUMN (t_us, t_ns)",
+        path.display()
+    )]
+    StampUnit {
+        /// The recording.
+        path: PathBuf,
+        /// `encoders` or `poses`.
+        stream: &'static str,
+        /// The usual time from row to row, as stamped \[s\].
+        interval: f64,
+    },
     /// Joint positions that look like ticks.
     #[error(
         "{}: topic {topic}: positions of `{joint}` are whole numbers up to {largest}, so they may be ticks although the message says radians; say --unit ticks or --unit rad",
@@ -397,7 +411,7 @@ pub enum TableProblem {
     #[error("there are no rows")]
     Empty,
     /// A line of a trajectory with another number of values.
-    #[error("{found} values; a line of a TUM trajectory has eight: t x y z qx qy qz qw")]
+    #[error("{found} value(s); a line of a TUM trajectory has eight with spaces between them: t x y z qx qy qz qw")]
     NotTum {
         /// How many.
         found: usize,

@@ -47,6 +47,35 @@ pub enum Finding {
         /// \[s\]
         by: f64,
     },
+    /// Two clocks far apart.
+    #[error(
+        "{log}: by their stamps the poses move {:.1} s {} the wheels do: two clocks; their stamps are moved by that, and a \
+         diagnosis finds what is left of it",
+        by.abs(), if *by > 0.0 { "after" } else { "before" }
+    )]
+    ClocksApart {
+        /// The recording.
+        log: String,
+        /// \[s\]
+        by: f64,
+    },
+    /// Wheels that turned while nobody looked.
+    #[error(
+        "{log}: from {from:.3} to {until:.3} s the wheels turned by {turned:.2} rad {when} the poses of that run; it is cut \
+         there, in motion"
+    )]
+    Unseen {
+        /// The recording.
+        log: String,
+        /// \[s\]
+        from: f64,
+        /// \[s\]
+        until: f64,
+        /// The most that any wheel turned \[rad\].
+        turned: f64,
+        /// `before` or `after`.
+        when: &'static str,
+    },
     /// Times without readings.
     #[error("{log}: {count} gap(s) in the {stream}, the longest of {longest:.3} s at {at:.3} s, where {usual:.3} s is usual; {}",
         if *stream == "encoders" { "counts go on after it, but the way between is taken as one arc" } else { "nothing is filled in" })]
@@ -115,6 +144,17 @@ pub enum Finding {
         when: &'static str,
         /// `start` or `end`.
         end: &'static str,
+    },
+    /// Wheels and poses that turn the opposite ways round.
+    #[error(
+        "in {disagree} of {turned} runs that turn the wheels turn the robot the other way round than the poses: the left and \
+         right wheels are mixed up, or they count down as they roll forward, or the survey is mirrored"
+    )]
+    TurnsDisagree {
+        /// Runs in which they do.
+        disagree: usize,
+        /// Runs that turn.
+        turned: usize,
     },
     /// A run without a survey.
     #[error("run {run}: no poses while it lasted; note its end pose in runs.csv")]

@@ -39,9 +39,14 @@ pub(super) struct Wheels {
 }
 
 impl Log {
-    /// Wheels and poses must have been stamped by clocks that run side by side.
+    /// Wheels and poses must have been stamped in seconds, by clocks that run side by side.
     pub(super) fn check_clocks(&self) -> Result<(), ImportError> {
+        self.check_unit("encoders", usual_interval(&self.wheels.rows))?;
         let (Some(wheels), Some(poses)) = (span(&self.wheels.rows), span(&self.poses)) else { return Ok(()) };
+        // A survey may be of a reading a minute, but not for thirty times as long as the wheels were logged.
+        if poses[1] - poses[0] > 30 * (wheels[1] - wheels[0]) {
+            self.check_unit("poses", usual_interval(&self.poses))?;
+        }
         if wheels[0] <= poses[1] && poses[0] <= wheels[1] {
             return Ok(());
         }
@@ -52,7 +57,17 @@ impl Log {
             log_clock: self.own_arrivals,
         })
     }
+
+    fn check_unit(&self, stream: &'static str, interval: Nanoseconds) -> Result<(), ImportError> {
+        if interval < SELDOM {
+            return Ok(());
+        }
+        Err(ImportError::StampUnit { path: self.path.clone(), stream, interval: seconds(interval) })
+    }
 }
+
+/// Rows that are farther apart are no log of wheels, unless they are stamped in another unit \[ns\].
+const SELDOM: Nanoseconds = 2_000_000_000;
 
 /// First and last stamp.
 pub(super) fn span<T>(rows: &[Row<T>]) -> Option<[Nanoseconds; 2]> {

@@ -130,7 +130,8 @@ fn jumps<T>(
     arrivals
 }
 
-fn is_gap(step: Nanoseconds, usual: Nanoseconds) -> bool {
+/// Whether such a step from row to row is a gap.
+pub(super) fn is_gap(step: Nanoseconds, usual: Nanoseconds) -> bool {
     step > LEAST_GAP.max(GAP * usual)
 }
 

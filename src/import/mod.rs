@@ -5,12 +5,13 @@
 //! `Log`: wheel rotation and poses, each stamped by its own clock in whole nanoseconds. From there on one way:
 //!
 //! 1. **Mend** what can only be read in one way (a counter that ran over, a reading that came one place late), find what
-//!    cannot (clocks that were set, counters that began anew, gaps), and say all of it: a [`Finding`] each.
+//!    cannot (clocks that were set, counters that began anew, gaps), and say all of it: a [`Finding`] each. Poses whose
+//!    clock is far from that of the wheels are brought to it (`clocks`).
 //! 2. **Cut** at standstills, and where a clock or a counter leaves no connection.
 //! 3. **Recognise** squares, straights, spins and circles in the dead-reckoned path, unless a table states what was
 //!    driven.
 //! 4. **Re-express** poses in the frame of the run's first one, headings unwrapped; stamps since the run's first reading
-//!    of the wheels. The offset of the two clocks stays as it is: finding it is the diagnosis' affair.
+//!    of the wheels. An offset of the two clocks of up to half a second stays as it is: finding it is the diagnosis' affair.
 //!
 //! Nothing is invented: what the robot believed and how well it was surveyed are given or stay blank, a unit is named or
 //! refused, a topic that may be the robot's own odometry is not taken for a survey unless somebody says so.
@@ -20,6 +21,7 @@
 
 mod bag;
 mod cdr;
+mod clocks;
 mod cut;
 mod error;
 mod finding;
@@ -164,6 +166,9 @@ pub fn import(files: &[PathBuf], options: &Options) -> Result<Imported, ImportEr
         };
         let breaks = mend::mend(log, &mut findings);
         clocks_set |= !breaks.is_empty();
+        if breaks.is_empty() {
+            clocks::bring_together(log, &mut findings);
+        }
         let stretches = cut::cut(log, &breaks, options.cut, angle, &mut findings)?;
         runs.extend(stretches.into_iter().map(|stretch| found(log, index, stretch)));
     }
@@ -197,6 +202,7 @@ pub fn import(files: &[PathBuf], options: &Options) -> Result<Imported, ImportEr
     for found in &runs {
         tell(found, options, &mut findings);
     }
+    findings.extend(odometry.and_then(|odometry| turns_disagree(&runs, &odometry)));
     if options.pose != PoseSource::Nowhere {
         let survey = &options.campaign.survey;
         let missing = match (survey.position_std, survey.heading_std) {
@@ -416,6 +422,22 @@ fn tell(found: &Found, options: &Options, findings: &mut Vec<Finding>) {
             findings.push(Finding::InMotion { run: run.name.clone(), when, end });
         }
     }
+}
+
+/// Runs that turned the other way round by their wheels than by their poses, if most did that turned at all.
+fn turns_disagree(runs: &[Found], odometry: &OdometryParameters) -> Option<Finding> {
+    let turns = runs.iter().filter_map(|Found { run, .. }| {
+        let [left, right] = *sides(run, odometry)?.last()?;
+        let [first_left, first_right] = *sides(run, odometry)?.first()?;
+        let by_wheels = (odometry.right_wheel_radius * (right - first_right)
+            - odometry.left_wheel_radius * (left - first_left))
+            / odometry.track_width;
+        let by_poses = run.poses.as_ref()?.poses.last()?.heading?;
+        // No track is believed so wrongly that a quarter of a turn is nothing.
+        (by_wheels.abs().min(by_poses.abs()) > 0.5).then_some(by_wheels * by_poses < 0.0)
+    });
+    let (turned, disagree) = turns.fold((0, 0), |(all, not), disagrees| (all + 1, not + usize::from(disagrees)));
+    (2 * disagree > turned).then_some(Finding::TurnsDisagree { disagree, turned })
 }
 
 /// Accumulated rotation of the left and right wheels \[rad\].

@@ -305,6 +305,13 @@ fn stamps(dataset: &mut Dataset, of_poses: bool, change: impl Fn(f64) -> f64) {
     }
 }
 
+/// Changes every stamp of poses.
+fn times_of_poses(dataset: &mut Dataset, change: impl Fn(f64) -> f64) {
+    for log in dataset.runs.iter_mut().filter_map(|run| run.poses.as_mut()) {
+        log.time.iter_mut().for_each(|time| *time = change(*time));
+    }
+}
+
 /// Changes every column of counts.
 fn columns(dataset: &mut Dataset, change: impl Fn(&mut [f64])) {
     for log in dataset.runs.iter_mut().filter_map(|run| run.encoders.as_mut()) {
@@ -333,6 +340,24 @@ const OF_ROWS: &[(&str, SuspicionKind, Plant)] = &[
     ("milliseconds", Kind::LogTime, |d| stamps(d, true, |time| 1e3 * time)),
     ("encoders in milliseconds", Kind::LogTime, |d| stamps(d, false, |time| 1e3 * time)),
     ("encoders by the clock of the wall", Kind::ClocksApart, |d| stamps(d, false, |time| 1.7e9 + time)),
+    ("poses two seconds late", Kind::ClockOffset, |d| times_of_poses(d, |time| time + 2.0)),
+    ("poses a second early", Kind::ClockOffset, |d| times_of_poses(d, |time| time - 1.0)),
+    ("poses somewhat late, in centimetres", Kind::WayUnit, |d| {
+        on_the_way(d, |pose| SurveyedPose { x: 1e2 * pose.x, y: 1e2 * pose.y, ..pose });
+        // Within what clocks may disagree by.
+        times_of_poses(d, |time| time + 0.4);
+    }),
+    ("a tracker that missed the first side", Kind::WayStart, |d| {
+        let log = d.runs[1].poses.as_mut().expect("it has a log");
+        log.time.drain(..80);
+        log.poses.drain(..80);
+        let first = log.poses[0];
+        let start = Pose2::new(first.x, first.y, first.heading.expect("measured"));
+        for pose in &mut log.poses {
+            *pose = start.relative(Pose2::new(pose.x, pose.y, pose.heading.expect("measured"))).into();
+        }
+        d.runs[1].end = log.poses.last().copied();
+    }),
     ("rows lost", Kind::LogGap, |d| {
         let log = d.runs[2].encoders.as_mut().expect("it has a log");
         log.time.drain(120..180);
@@ -353,6 +378,10 @@ const OF_ROWS: &[(&str, SuspicionKind, Plant)] = &[
 const OF_THE_LOGS: &[(&str, SuspicionKind, Plant)] = &[
     ("encoder columns swapped", Kind::EncoderSidesSwapped, |d| counts(d, |[left, right]| [right, left])),
     ("all runs with y to the right", Kind::YAxisFlipped, |d| ends(d, mirrored)),
+    ("all runs and their ways with y to the right", Kind::YAxisFlipped, |d| {
+        ends(d, mirrored);
+        on_the_way(d, mirrored);
+    }),
     ("headings alone clockwise", Kind::HeadingSign, |d| ends(d, |end| headings(end, |heading| -heading))),
     ("left counts down", Kind::CountSignLeft, |d| counts(d, |[left, right]| [-left, right])),
     ("right counts down", Kind::CountSignRight, |d| counts(d, |[left, right]| [left, -right])),
@@ -506,8 +535,16 @@ fn the_real_campaigns_are_clean_and_their_mistakes_are_found() {
                 "{name}: {found:?} not {allowed:?}"
             );
         };
-        // Paths have no label: that encoders and survey disagree is all that can be said.
+        // Paths have no label: that encoders and survey disagree is all that can be said, but for what poses on the way show.
         planted(|d| counts(d, |[l, r]| [r, l]), &[Kind::EncoderSidesSwapped, Kind::TurnDisagrees]);
+        planted(|d| counts(d, |[l, r]| [-l, -r]), &[Kind::CountSignBoth]);
+        planted(
+            |d| {
+                ends(d, mirrored);
+                on_the_way(d, mirrored);
+            },
+            &[Kind::YAxisFlipped, Kind::TurnDisagrees],
+        );
         planted(|d| counts(d, |[l, r]| [-l, r]), &[Kind::CountSignLeft]);
         planted(|d| counts(d, |[l, r]| [l, -r]), &[Kind::CountSignRight]);
         planted(|d| ends(d, |end| headings(end, f64::to_degrees)), &[Kind::HeadingDegrees]);

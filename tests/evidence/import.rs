@@ -536,6 +536,111 @@ fn clocks_and_gaps_are_told() {
     assert!(findings.len() == 2 && findings.iter().all(told), "{findings:?}");
 }
 
+/// Clocks seconds apart are brought together, whichever is ahead, and a survey that comes seldom keeps its start and end.
+#[test]
+fn poses_by_a_clock_far_off_are_brought_to_the_wheels() {
+    let folder = folder();
+    let path = folder.path().join("two.mcap");
+    let second = 1_000_000_000;
+    let with = |late: i64, every: usize| {
+        let mut bag = Bag::new(&path);
+        // The robot is driven twice as two_runs() has it, and then once more straight on.
+        let parts = [(0.0, 0.0, 6.0), (2.0, 2.0, 10.0), (0.0, 0.0, 6.0), (-1.5, 1.5, 4.0), (0.0, 0.0, 9.0)];
+        let more = [(1.5, 1.0, 12.0), (0.0, 0.0, 7.0)];
+        for (row, (time, wheels, pose)) in rolled(&[&parts[..], &parts[..], &more[..]].concat()).into_iter().enumerate()
+        {
+            let stamp = BEGAN + time;
+            bag.wheels(stamp, stamp, wheels[0], wheels[1]);
+            if row % every == 0 {
+                bag.pose(stamp + late, stamp, pose);
+            }
+        }
+        bag.close();
+        imported(std::slice::from_ref(&path), &options())
+    };
+    let right = with(0, 1);
+    assert_eq!(right.dataset.runs.len(), 5);
+    let said = |imported: &Imported| {
+        imported.findings.iter().find_map(|finding| match finding {
+            Finding::ClocksApart { by, .. } => Some(*by),
+            _ => None,
+        })
+    };
+    assert_eq!(said(&right), None);
+    // What cuts nothing off is the diagnosis' affair.
+    assert_eq!(said(&with(second / 4, 1)), None);
+    for late in [2 * second, -2 * second, 17 * second + second / 2] {
+        let late_poses = with(late, 1);
+        let by = said(&late_poses).expect("it is told");
+        assert!((by - late as f64 / 1e9).abs() < 0.2, "{by}");
+        for (one, other) in late_poses.dataset.runs.iter().zip(&right.dataset.runs) {
+            assert_eq!(one.protocol, other.protocol);
+            assert!(close(end(one), end(other), 1e-6), "{:?} {:?}", one.end, other.end);
+        }
+    }
+    // A reading every two seconds, of a robot that stands for six.
+    for (one, other) in with(0, 40).dataset.runs.iter().zip(&right.dataset.runs) {
+        assert!(close(end(one), end(other), 1e-6), "{:?} {:?}", one.end, other.end);
+    }
+}
+
+/// What no pose has seen is no part of a surveyed run: it begins and ends where its poses do.
+#[test]
+fn a_run_is_where_its_poses_are() {
+    let folder = folder();
+    let path = folder.path().join("two.mcap");
+    // The straight goes from row 80 to row 280, by a tenth of a radian a row.
+    let with = |seen: &dyn Fn(usize) -> bool| {
+        let mut bag = Bag::new(&path);
+        for (row, (time, wheels, pose)) in two_runs().into_iter().enumerate() {
+            let stamp = BEGAN + time;
+            bag.wheels(stamp, stamp, wheels[0], wheels[1]);
+            if seen(row) {
+                bag.pose(stamp, stamp, pose);
+            }
+        }
+        bag.close();
+        imported(std::slice::from_ref(&path), &options())
+    };
+    let half: [(&dyn Fn(usize) -> bool, &str); 2] =
+        [(&|row: usize| row >= 180, "before"), (&|row: usize| row <= 180 || row > 320, "after")];
+    for (seen, unseen) in half {
+        let Imported { dataset, findings, .. } = with(seen);
+        let told = findings.iter().any(|finding| {
+            matches!(finding, Finding::Unseen { turned, when, .. } if *when == unseen && (turned - 10.0).abs() < 1e-9)
+        });
+        assert!(told, "{findings:?}");
+        let straight = &dataset.runs[0];
+        let log = straight.encoders.as_ref().expect("a log");
+        let rolled = 0.05 * (log.counts[2 * (log.len() - 1)] - log.counts[0]);
+        assert!((rolled - 0.5).abs() < 1e-9, "{rolled}");
+        assert!(close(end(straight), Pose2::new(0.5, 0.0, 0.0), 1e-8), "{:?}", straight.end);
+        assert_eq!(
+            dataset.runs[1].protocol,
+            Protocol::Spin { turn: 2.0 * FRAC_PI_2, direction: Rotation::CounterClockwise }
+        );
+    }
+}
+
+/// Columns that are mixed up are told as the recording is read; what is driven is told from them.
+#[test]
+fn wheels_that_turn_the_other_way_than_the_poses_are_told() {
+    let folder = folder();
+    let path = folder.path().join("two.mcap");
+    let with = |order: fn([f64; 2]) -> [f64; 2]| {
+        let readings: Vec<Reading> =
+            two_runs().into_iter().map(|(time, wheels, pose)| (time, order(wheels), pose)).collect();
+        bag_of(&path, &readings);
+        imported(std::slice::from_ref(&path), &options()).findings
+    };
+    let told = |findings: &[Finding]| {
+        findings.iter().any(|finding| matches!(finding, Finding::TurnsDisagree { disagree: 1, turned: 1 }))
+    };
+    assert!(!told(&with(|wheels| wheels)));
+    assert!(told(&with(|[left, right]| [right, left])));
+    assert!(told(&with(|wheels| wheels.map(|angle| -angle))));
+}
+
 /// What was driven can be stated, by name or in order, with ends that were measured by tape.
 #[test]
 fn runs_can_be_stated() {
@@ -802,16 +907,29 @@ fn bad_tables_are_refused() {
     for (trajectory, parts) in [
         (
             "0 0 0 0 0 0 0\n",
-            &["bad.tum, line 1: 7 values; a line of a TUM trajectory has eight: t x y z qx qy qz qw"][..],
+            &[
+                "bad.tum, line 1: 7 value(s); a line of a TUM trajectory has eight with spaces between them: t x y z qx qy qz qw",
+            ][..],
         ),
         ("# t\n0 0 0 0 0 0 0 1\n1 0 a 0 0 0 0 1\n", &["bad.tum, line 3: column `y`: `a` is not allowed here"]),
         ("0 0 0 0 0 0 0 2\n", &["line 1: the quaternion [0.0, 0.0, 0.0, 2.0] (x, y, z, w) has length 2; it must be 1"]),
         ("1 0 0 0 0 0 0 1\n0 0 0 0 0 0 0 1\n", &["bad.tum, line 2: time goes back from 1.000000 s to 0.000000 s"]),
+        ("0,0,0,0,0,0,0,1\n", &["bad.tum, line 1: 1 value(s)", "with spaces between them"]),
         ("1e9 0 0 0 0 0 0 1\n", &["good.csv: clocks are mixed", "bring both to one clock first"]),
     ] {
         std::fs::write(at("bad.tum"), trajectory).expect("it can be written");
         check(&["good.csv", "bad.tum"], &[], parts);
     }
+    csv(
+        &at("milliseconds.csv"),
+        "t_s,left_rad,right_rad",
+        readings.iter().map(|(time, wheels, _)| format!("{},{},{}", time / 1_000_000, wheels[0], wheels[1])),
+    );
+    check(
+        &["milliseconds.csv", "good.tum"],
+        &[],
+        &["milliseconds.csv: encoders are stamped 50.000 s apart", "--map t_ms=COLUMN"],
+    );
     check(&["good.csv"], &[], &["good.csv: has no poses; name the file that has them beside it", "--pose none"]);
     check(&["good.tum"], &[], &["good.tum: has no encoders"]);
     check(&["good.csv", "good.tum", "bad.csv"], &["--map", "nothing"], &["it must be TARGET=COLUMN"]);

@@ -5,6 +5,7 @@ use super::SuspicionKind::{
     XAxisFlipped, YAxisFlipped,
 };
 use super::logs::heading_on_ways;
+use super::way::along_wheels;
 use super::{SuspicionKind, Work, inverse, label, share, stated_turn, vector};
 use crate::dataset::{EncoderLog, Protocol, Rotation, SurveyedPose, Travel};
 use crate::geometry::Pose2;
@@ -121,8 +122,13 @@ fn mend_survey(work: &mut Work, kind: SuspicionKind, runs: Vec<usize>) {
     let (_, expected) = turn_and_label(work, first);
     work.suspect(kind, &runs, seen, expected);
     for index in runs {
-        if let Some(end) = &mut work.data.runs[index].end {
-            *end = mend(*end);
+        let run = &mut work.data.runs[index];
+        run.end.iter_mut().for_each(|end| *end = mend(*end));
+        // A way that turns as the end did is written in the same way; a start seen from the end is of ends alone.
+        let Some(log) = run.poses.as_mut().filter(|_| kind != StartEndSwapped) else { continue };
+        let turned = |pose: Option<&SurveyedPose>| pose.and_then(|pose| pose.heading).unwrap_or(0.0);
+        if turned(log.poses.last()) * turned(run.end.as_ref()) < 0.0 {
+            log.poses.iter_mut().for_each(|pose| *pose = mend(*pose));
         }
     }
 }
@@ -197,6 +203,13 @@ fn paths(work: &mut Work) {
             (work.logged_turn(&work.data.runs[*index]).unwrap_or(0.0), *heading)
         });
         let columns = work.found.iter().any(|found| found.kind == EncoderSidesSwapped);
+        // Swapped columns leave the way as it is; wheels that both count down turn it round as well.
+        if !columns && along_wheels(work, &indices).is_some_and(|[along, way]| along < -0.5 * way) {
+            let way = work.logged_way(&work.data.runs[indices[0]]).unwrap_or(0.0);
+            work.suspect(CountSignBoth, &indices, way, -way);
+            work.logs_exact = false;
+            return;
+        }
         work.suspect(if columns { EncoderSidesSwapped } else { TurnDisagrees }, &indices, seen, expected);
     }
 }

@@ -76,6 +76,8 @@ pub enum SuspicionKind {
     LogGap,
     /// Poses at other times than counts: last stamp of each \[s\].
     ClocksApart,
+    /// Poses that set off at another time than the wheels: by how much later, and what clocks may disagree by \[s\].
+    ClockOffset,
     /// Headings on the way in degrees: the last one noted, and the turn in radians.
     WayDegrees,
     /// Headings on the way wrapped to one turn: the last one, and as it would count on \[rad\].
@@ -84,7 +86,8 @@ pub enum SuspicionKind {
     WayUnit,
     /// Poses on the way in the frame of the room: how far the last is from the end, as noted and seen from the first \[m\].
     WayRoomFrame,
-    /// Poses on the way that begin elsewhere than the run: distance of the first from the start, and 0 \[m\].
+    /// Poses on the way that begin elsewhere than the run: distance of the first from the start, and 0, or how far from the
+    /// start the robot was by its wheels, where a log begins later than the run \[m\].
     WayStart,
     /// Poses on the way that leap from row to row: the largest step, and one that hardly any exceeds \[m\].
     WayJump,
@@ -127,6 +130,7 @@ impl SuspicionKind {
             LogTime => "log_time",
             LogGap => "log_gap",
             ClocksApart => "clocks_apart",
+            ClockOffset => "clock_offset",
             WayDegrees => "way_degrees",
             WayWrapped => "way_wrapped",
             WayUnit => "way_unit",
@@ -199,7 +203,8 @@ impl fmt::Display for Suspicion {
                 f,
                 "{who}: end{s} at heading {seen:+.3} rad where {expected:+.3} rad was driven. y and headings look \
                  positive to the right. Both are positive to the left (counter-clockwise): change the signs of `y_m` \
-                 and `heading_rad`; if start and end were swapped in the notes instead, swap them back."
+                 and `heading_rad`; if start and end were swapped in the notes instead, swap them back, and if directions were \
+                 told from the encoders, as `import` does, look whether their columns are."
             ),
             XAxisFlipped if runs.is_empty() || (0.0..=1.0).contains(expected) && (0.0..=1.0).contains(seen) => write!(
                 f,
@@ -338,6 +343,14 @@ impl fmt::Display for Suspicion {
                  seconds of the same run, from clocks that agree to half a second: look at the units of `t_s`, and where each \
                  clock begins."
             ),
+            ClockOffset => write!(
+                f,
+                "{who}: in poses.csv the robot sets off {:.1} s {} its wheels do in encoders.csv, where {expected:.1} s is much \
+                 for two clocks. {} each `t_s` of poses.csv, or import both anew with one clock.",
+                seen.abs(),
+                if *seen > 0.0 { "after" } else { "before" },
+                if *seen > 0.0 { "Take that off" } else { "Add that to" },
+            ),
             WayDegrees => write!(
                 f,
                 "{who}: in poses.csv the last heading is {seen:.1} where the run turns by {expected:.3} rad. That looks like \
@@ -360,6 +373,12 @@ impl fmt::Display for Suspicion {
                  length), and {expected:.3} m if it is seen from the first row. The poses look as noted in the room, or of a \
                  tracker with another origin. They are in the frame of the run's start: x along the start heading, y to its \
                  left, all 0 as the run begins."
+            ),
+            WayStart if *expected > 0.0 => write!(
+                f,
+                "{who}: poses.csv begins when the robot was {expected:.2} m from its start by its wheels already, and its first \
+                 row is {seen:.3} m from the start. Poses are of one point in the frame of where that point was as the run \
+                 began: a tracker that missed that is no survey of this run, unless encoders.csv begins as late."
             ),
             WayStart => write!(
                 f,

@@ -1,10 +1,14 @@
-//! Poses on the way: units, turns and frame, against where the run ended; and whether the robot went where it pointed.
+//! Poses on the way: units, turns and frame, against where the run ended; when they set off, against the wheels; and whether
+//! the robot went where it pointed.
 
-use super::SuspicionKind::{WayAcross, WayDegrees, WayFrozen, WayJump, WayRoomFrame, WayStart, WayUnit, WayWrapped};
+use super::SuspicionKind::{
+    ClockOffset, ClocksApart, WayAcross, WayDegrees, WayFrozen, WayJump, WayRoomFrame, WayStart, WayUnit, WayWrapped,
+};
 use super::rows::way_between;
 use super::{CLOCKS, FACTOR, SuspicionKind, Work, apart, label, median, seen_from, stated_length, stated_turn, within};
 use crate::dataset::{PoseLog, Protocol, Run, SurveyedPose};
-use crate::geometry::{Pose2, unwrap_near, wrap_angle};
+use crate::geometry::{Pose2, unwrap_near};
+use crate::odometry::DeadReckoning;
 use std::f64::consts::{FRAC_PI_2, PI, SQRT_2};
 
 /// What is taken for the noise of a reading where nobody states it \[m, rad\].
@@ -23,6 +27,7 @@ pub(super) fn poses(work: &mut Work) {
     wrapped(work);
     units(work);
     room_frame(work);
+    set_off(work);
     start(work);
     frozen(work);
     jumps(work);
@@ -41,12 +46,13 @@ fn degrees(work: &mut Work) {
     mend(work, |index| all || runs.contains(&index), |log| headings(log, |heading, _| heading.to_radians()));
 }
 
-/// Headings that were brought back to one turn: whole turns off where the run ended, in the right direction.
+/// Headings that were brought back to one turn: whole turns off where the run ended, and not if each is the turn nearest to the
+/// one before.
 fn wrapped(work: &mut Work) {
     let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         let (last, turn) = (last_heading(log)?, turn(run)?);
-        let whole_turns_off = (last - turn).abs() > PI && wrap_angle(last - turn).abs() < FRAC_PI_2;
-        whole_turns_off.then(|| (last, unwrap_near(last, turn)))
+        let counted_on = log.poses.iter().filter_map(|pose| pose.heading).fold(0.0, |before, h| unwrap_near(h, before));
+        ((last - turn).abs() > PI && (counted_on - turn).abs() < FRAC_PI_2).then_some((last, counted_on))
     };
     let runs = wrong(work, WayWrapped, is_wrong);
     mend(work, |index| runs.contains(&index), |log| headings(log, unwrap_near));
@@ -92,20 +98,90 @@ fn room_frame(work: &mut Work) {
     );
 }
 
-/// Poses that begin with the run and elsewhere, by more than noise and what a robot that is on its way goes while clocks disagree.
+/// Poses that set off with the wheels by one clock and not by the other.
+fn set_off(work: &mut Work) {
+    let step = step(work);
+    let is_wrong = |work: &Work, run: &Run, log: &PoseLog| {
+        let counts = run.log()?;
+        // On the spot it goes nowhere, and a path may begin there.
+        if matches!(run.protocol, Protocol::Spin { .. } | Protocol::Path) {
+            return None;
+        }
+        // A tracker that begins later and does not end later has not seen it set off.
+        if log.time[0] > counts.time[0] + CLOCKS && log.time.last()? <= &(counts.time.last()? + CLOCKS) {
+            return None;
+        }
+        // Clocks that hardly overlap are told already.
+        if work.found.iter().any(|found| found.kind == ClocksApart && found.runs.contains(&run.name)) {
+            return None;
+        }
+        let first = log.poses.first()?;
+        let gone = log.poses.iter().map(|pose| (pose.x - first.x).hypot(pose.y - first.y));
+        let rolled = work.arcs_of_rows(run)?.into_iter().scan(0.0, |way, [left, right]| {
+            *way += 0.5 * (left + right);
+            Some(f64::abs(*way))
+        });
+        let rolled: Vec<f64> = std::iter::once(0.0).chain(rolled).collect();
+        let by_wheels = crossing(&counts.time, rolled.iter().copied(), step)?;
+        let late = crossing(&log.time, gone, step)? - by_wheels;
+        // Wheels that are not as believed take longer, or shorter, for that step.
+        let taken = by_wheels - crossing(&counts.time, rolled.iter().copied(), 0.1 * step)?;
+        (late.abs() > CLOCKS + (FACTOR - 1.0) * taken).then_some((late, CLOCKS))
+    };
+    let found = wrong(work, ClockOffset, is_wrong);
+    for index in found {
+        let run = &work.data.runs[index];
+        let Some((late, _)) = run.poses.as_ref().and_then(|log| is_wrong(work, run, log)) else { continue };
+        mend(work, |other| other == index, |log| log.time.iter_mut().for_each(|time| *time -= late));
+    }
+}
+
+/// When `values` first get to `level`, on the straight line from the row before.
+fn crossing(time: &[f64], values: impl Iterator<Item = f64>, level: f64) -> Option<f64> {
+    let mut before = (*time.first()?, 0.0);
+    for (&at, value) in time.iter().zip(values) {
+        if value >= level {
+            let share = if value > before.1 { (level - before.1) / (value - before.1) } else { 1.0 };
+            return Some(before.0 + share * (at - before.0));
+        }
+        before = (at, value);
+    }
+    None
+}
+
+/// Poses that begin with the run and elsewhere, by more than noise and what a robot that is on its way goes while clocks disagree;
+/// or that begin later, as if the robot had not gone anywhere by then.
 fn start(work: &mut Work) {
     let std = work.data.campaign.survey.position_std.unwrap_or(READING[0]);
-    let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
+    let is_wrong = |work: &Work, run: &Run, log: &PoseLog| {
         let first = log.poses.first()?;
-        if run.log().is_some_and(|counts| log.time[0] > counts.time[0] + CLOCKS) {
-            return None;
+        let off = first.x.hypot(first.y);
+        if let Some(counts) = run.log().filter(|counts| log.time[0] > counts.time[0] + CLOCKS) {
+            // Ticks that nobody can turn into radians.
+            work.arcs(run)?;
+            let odometry = work.odometry.as_ref()?;
+            let mut reckoning = DeadReckoning::new(*odometry);
+            let rows = (0..counts.len()).take_while(|&row| counts.time[row] < log.time[0] - CLOCKS);
+            let [x, y] = rows.fold([0.0; 2], |_, row| {
+                let [left, right] = counts.sides(row, odometry);
+                let pose = reckoning.update(left, right);
+                [pose.x, pose.y]
+            });
+            // As far from where it was as a wrong track hardly brings it, and no farther from the start than noise.
+            let was = x.hypot(y);
+            return (was > 4.0 * step(work) && off < 0.25 * was).then_some((off, was));
         }
         let soon = log.time.iter().zip(&log.poses).take_while(|(time, _)| **time <= log.time[0] + CLOCKS);
         let gone = soon.map(|(_, pose)| (pose.x - first.x).hypot(pose.y - first.y)).fold(0.0, f64::max);
-        let off = first.x.hypot(first.y);
         (off > SURELY * std + gone).then_some((off, 0.0))
     };
-    wrong(work, WayStart, is_wrong);
+    for index in wrong(work, WayStart, is_wrong) {
+        let run = &mut work.data.runs[index];
+        // An end that is the last of poses that begin on the way is seen from there, too.
+        if run.poses.as_ref().is_some_and(|log| log.poses.last() == run.end.as_ref()) {
+            run.end = None;
+        }
+    }
 }
 
 /// Poses that leap from one row to the next, by ten times what all but one in fifty do: a tracker that took something else for
@@ -166,33 +242,58 @@ fn quantile(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
 /// Whether the robot goes along its headings, forward or back: with an axis turned round, or two swapped, the way of a square
 /// or a circle is along them as often as across or against.
 fn across(work: &mut Work) {
-    let step = STEP.max(SURELY * work.data.campaign.survey.position_std.unwrap_or(READING[0]));
+    let step = step(work);
     let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         // On the spot it goes nowhere, and a path may lead back and forth.
         if matches!(run.protocol, Protocol::Spin { .. } | Protocol::Path) {
             return None;
         }
-        let (mut along, mut way) = (0.0, 0.0);
-        let mut readings = log.poses.iter().filter_map(|pose| Some(Pose2::new(pose.x, pose.y, pose.heading?)));
-        let mut last = readings.next()?;
-        for reading in readings {
-            let distance = reading.distance(last);
-            if distance < step {
-                continue;
-            }
-            if (reading.heading - last.heading).abs() < STEP_TURN {
-                let heading = 0.5 * (reading.heading + last.heading);
-                let direction = (reading.y - last.y).atan2(reading.x - last.x);
-                along += distance * (direction - heading).cos();
-                way += distance;
-            }
-            last = reading;
-        }
+        let [along, way] = along_headings(log, step)?;
         let share = along.abs() / way;
         // Right is 1, wrong is 0 or less; ten steps, so that no swing of a point ahead of the axle is taken for the way.
         (way > 10.0 * step && share < 0.5).then_some((share, 1.0))
     };
     wrong(work, WayAcross, is_wrong);
+}
+
+/// How far a robot goes where it points, negative in reverse, and how far altogether, by steps of `step` in which it hardly
+/// turns \[m\].
+fn along_headings(log: &PoseLog, step: f64) -> Option<[f64; 2]> {
+    let (mut along, mut way) = (0.0, 0.0);
+    let mut readings = log.poses.iter().filter_map(|pose| Some(Pose2::new(pose.x, pose.y, pose.heading?)));
+    let mut last = readings.next()?;
+    for reading in readings {
+        let distance = reading.distance(last);
+        if distance < step {
+            continue;
+        }
+        if (reading.heading - last.heading).abs() < STEP_TURN {
+            let heading = 0.5 * (reading.heading + last.heading);
+            let direction = (reading.y - last.y).atan2(reading.x - last.x);
+            along += distance * (direction - heading).cos();
+            way += distance;
+        }
+        last = reading;
+    }
+    Some([along, way])
+}
+
+/// How far these runs go where their wheels say by the headings of their poses, negative if against it, and how far altogether
+/// \[m\]; `None` where that is next to nothing.
+pub(super) fn along_wheels(work: &Work, runs: &[usize]) -> Option<[f64; 2]> {
+    let step = step(work);
+    let each = runs.iter().filter_map(|&index| {
+        let run = &work.data.runs[index];
+        let [along, way] = along_headings(run.poses.as_ref()?, step)?;
+        Some([along * work.logged_way(run)?.signum(), way])
+    });
+    let [along, way] = each.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+    (way > 10.0 * step).then_some([along, way])
+}
+
+/// By how much a point moves until it has surely moved \[m\].
+fn step(work: &Work) -> f64 {
+    STEP.max(SURELY * work.data.campaign.survey.position_std.unwrap_or(READING[0]))
 }
 
 /// The turn that a run made \[rad\], as surveyed or else as its protocol has it.
