@@ -84,6 +84,9 @@
 //! - H. B. Pacejka, *Tyre and Vehicle Dynamics*.
 //! - J. J. Kalker, "A fast algorithm for the simplified theory of rolling contact", *Vehicle System Dynamics* 11, 1982.
 
+// What is printed goes through `cli::say`, which a closed pipe does not end.
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 pub mod calibrate;
 pub mod cli;
 pub mod dataset;

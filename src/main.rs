@@ -1,6 +1,9 @@
 //! Parse, call, print the error chain, exit code: 0 done, 1 a check that was asked for failed, 2 error.
 
+#![deny(clippy::print_stdout, clippy::print_stderr)]
+
 use clap::Parser;
+use std::io::Write;
 use std::process::ExitCode;
 use treadmark::cli::Outcome;
 
@@ -9,7 +12,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(error) => {
-            eprintln!("error: {}", message(&error));
+            let _ = writeln!(std::io::stderr(), "error: {}", message(&error));
             ExitCode::from(2)
         }
     }

@@ -70,14 +70,14 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         output::write(&folder.join("calibration.json"), &json)?;
     }
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&CalibrationJson::from(&calibration))?);
+        sayln!("{}", serde_json::to_string_pretty(&CalibrationJson::from(&calibration))?)?;
     } else {
-        print!("{}", text::calibration(&calibration));
+        say!("{}", text::calibration(&calibration))?;
         if let Some(file) = &arguments.ros2 {
-            println!("ROS 2 parameters are in {}", file.display());
+            sayln!("ROS 2 parameters are in {}", file.display())?;
         }
         if let Some(folder) = &folder {
-            println!("{}", output::where_to_look(folder));
+            sayln!("{}", output::where_to_look(folder))?;
         }
     }
     Ok(())

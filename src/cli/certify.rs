@@ -47,7 +47,7 @@ fn certify(arguments: &Arguments, robot: &str) -> anyhow::Result<Outcome> {
     let mut scene = Scene::load(robot, WORLDS.names()[0])?;
     scene.time_step = arguments.time_step;
     for note in &scene.robot.notes {
-        eprintln!("note: {note}");
+        tell!("note: {note}");
     }
     let folder = arguments.out.as_deref().map(|path| output::folder(Some(path), "certify")).transpose()?;
     let progress = progress_bar(0, "runs");
@@ -62,11 +62,11 @@ fn certify(arguments: &Arguments, robot: &str) -> anyhow::Result<Outcome> {
         write(&folder.join("effective_track.svg"), &plot::sweeps(sweeps)?)?;
     }
     if arguments.json {
-        println!("{json}");
+        sayln!("{json}")?;
     } else {
-        print!("{}", report::certificate(&certificate));
+        say!("{}", report::certificate(&certificate))?;
         if let Some(folder) = &folder {
-            println!("{}", output::where_to_look(folder));
+            sayln!("{}", output::where_to_look(folder))?;
         }
     }
     Ok(if certificate.passed() { Outcome::Done } else { Outcome::CheckFailed })
@@ -76,7 +76,7 @@ fn literature() -> anyhow::Result<Outcome> {
     let progress = progress_bar(0, "runs");
     let rows = certify::literature(&telling(&progress))?;
     progress.finish_and_clear();
-    print!("{}", report::literature(&rows));
+    say!("{}", report::literature(&rows))?;
     Ok(Outcome::Done)
 }
 

@@ -100,7 +100,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let draw = challenge.draw(&scene, stop)?;
         let folder = output::folder(arguments.scene.out.as_deref(), "challenge")?;
         draw.write(&folder)?;
-        println!("a campaign with something hidden is in {}; the truth is in truth.json there", folder.display());
+        sayln!("a campaign with something hidden is in {}; the truth is in truth.json there", folder.display())?;
         return Ok(());
     }
     let options = Options { other_tyres: !arguments.hold_tyres, ..Options::default() };
@@ -110,7 +110,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (draws, mut done) = (seeds.end - seeds.start, 0);
     let mut watch = |scored: &Scored| {
         done += 1;
-        bar.suspend(|| eprintln!("{}", report::line(scored)));
+        bar.suspend(|| tell!("{}", report::line(scored)));
         bar.set_message(format!("{done}/{draws} draws"));
     };
     let result = Scorer::new(&scene, &challenge, &progress, stop)
@@ -118,9 +118,9 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let result = result?;
     if arguments.scene.json {
-        println!("{:#}", report::json(&result));
+        sayln!("{:#}", report::json(&result))?;
     } else {
-        println!("{}", report::text(&result));
+        sayln!("{}", report::text(&result))?;
     }
     Ok(())
 }

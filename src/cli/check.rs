@@ -22,9 +22,9 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let dataset = Dataset::read(&arguments.dataset)?;
     let suspicions = calibrate::check(&dataset);
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&check::CheckJson::new(&dataset, &suspicions))?);
+        sayln!("{}", serde_json::to_string_pretty(&check::CheckJson::new(&dataset, &suspicions))?)?;
     } else {
-        print!("{}", check::check(&dataset, &suspicions));
+        say!("{}", check::check(&dataset, &suspicions))?;
     }
     Ok(if suspicions.is_empty() { Outcome::Done } else { Outcome::CheckFailed })
 }
@@ -39,7 +39,7 @@ pub(super) fn warn<'d>(campaigns: impl Iterator<Item = &'d Dataset>) -> Vec<(&'d
     };
     let wrong: Vec<_> = campaigns.map(mistakes).filter(|(_, found)| !found.is_empty()).collect();
     for words in check::cautions(&wrong) {
-        eprintln!("look at the data first: {words}");
+        tell!("look at the data first: {words}");
     }
     wrong
 }

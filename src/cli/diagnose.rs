@@ -128,10 +128,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let report = diagnosis::diagnosis(&found, gain.as_ref(), &cautions);
     std::fs::write(folder.join("report.txt"), &report).with_context(|| folder.display().to_string())?;
     if arguments.json {
-        println!("{json}");
+        sayln!("{json}")?;
     } else {
-        println!("{report}");
-        println!("{}", output::where_to_look(&folder));
+        sayln!("{report}")?;
+        sayln!("{}", output::where_to_look(&folder))?;
     }
     Ok(())
 }

@@ -79,10 +79,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     Dataset { campaign: campaign(&scene, &task.name), runs: vec![result.measured.clone()] }.write(&folder)?;
 
     if arguments.scene.json {
-        println!("{}", serde_json::to_string_pretty(&DriveJson::from(&result))?);
+        sayln!("{}", serde_json::to_string_pretty(&DriveJson::from(&result))?)?;
     } else {
-        print!("{}", text::drive(&result, text::Style::Terminal));
-        println!("{}", output::where_to_look(&folder));
+        say!("{}", text::drive(&result, text::Style::Terminal))?;
+        sayln!("{}", output::where_to_look(&folder))?;
     }
     recorded
 }

@@ -15,9 +15,9 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if arguments.json {
         let effects: Vec<json::EffectJson> = EFFECTS.iter().map(json::EffectJson::new).collect();
-        println!("{}", serde_json::to_string_pretty(&effects)?);
+        sayln!("{}", serde_json::to_string_pretty(&effects)?)?;
     } else {
-        print!("{}", text::effects());
+        say!("{}", text::effects())?;
     }
     Ok(())
 }

@@ -49,13 +49,15 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::report(&folder, &page::experiment::page(title, &result, output::provenance(Some(plan.seed), &[])?))?;
 
     if arguments.scene.json {
-        println!("{}", serde_json::to_string_pretty(&ExperimentJson::new(&scene.robot.name, plan.seed, &result))?);
+        sayln!("{}", serde_json::to_string_pretty(&ExperimentJson::new(&scene.robot.name, plan.seed, &result))?)?;
     } else {
         let (answer, beside) = page::experiment::answer(&result);
-        println!("{answer}");
-        beside.iter().for_each(|words| println!("{words}"));
-        print!("\n{}", text::experiment(&result, text::Style::Terminal, |_| true));
-        println!("{}", output::where_to_look(&folder));
+        sayln!("{answer}")?;
+        for words in &beside {
+            sayln!("{words}")?;
+        }
+        say!("\n{}", text::experiment(&result, text::Style::Terminal, |_| true))?;
+        sayln!("{}", output::where_to_look(&folder))?;
     }
     recorded?;
     anyhow::ensure!(result.complete, "interrupted; {} holds the runs that came to their end", folder.display());

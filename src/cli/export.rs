@@ -27,13 +27,13 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         arguments.dataset.display()
     );
     if dataset.campaign.odometry.is_none() {
-        eprintln!("note: dataset.toml has no [odometry], so there are no dead-reckoned paths");
+        tell!("note: dataset.toml has no [odometry], so there are no dead-reckoned paths");
     }
     let folder = output::folder(Some(&arguments.out), "export")?;
     for trajectory in &trajectories {
         let file = folder.join(&trajectory.file);
         std::fs::write(&file, &trajectory.text).with_context(|| format!("{}: cannot be written", file.display()))?;
     }
-    println!("{} trajectories of {} runs are in {}", trajectories.len(), dataset.runs.len(), folder.display());
+    sayln!("{} trajectories of {} runs are in {}", trajectories.len(), dataset.runs.len(), folder.display())?;
     Ok(())
 }

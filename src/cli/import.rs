@@ -102,12 +102,12 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     }
     let imported = import::import(&arguments.files, &arguments.options()?)?;
     for finding in &imported.findings {
-        eprintln!("note: {finding}");
+        tell!("note: {finding}");
     }
     let Imported { dataset, driven, .. } = imported;
     dataset.write(out)?;
-    print!("{}", report::import(&dataset, &driven));
-    println!("{} runs are in {}; `treadmark check` says what looks wrong with them", dataset.runs.len(), out.display());
+    say!("{}", report::import(&dataset, &driven))?;
+    sayln!("{} runs are in {}; `treadmark check` says what looks wrong with them", dataset.runs.len(), out.display())?;
     Ok(())
 }
 

@@ -25,6 +25,6 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let file = folder.join(name);
         std::fs::write(&file, text).with_context(|| format!("{}: cannot be written", file.display()))?;
     }
-    println!("{} is ready: README.md says how to mark, drive, measure and note", folder.display());
+    sayln!("{} is ready: README.md says how to mark, drive, measure and note", folder.display())?;
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! The command line: one file a subcommand. It validates arguments, prints, and decides nothing.
 
+#[macro_use]
+mod say;
 mod calibrate;
 mod certify;
 mod challenge;
@@ -106,7 +108,7 @@ impl Cli {
             Some(Command::Sweep(arguments)) => sweep::run(&arguments)?,
             Some(Command::Certify(arguments)) => return certify::run(&arguments),
             Some(Command::Report(arguments)) => report::run(&arguments)?,
-            Some(Command::Methods) => print!("{}", text::methods()),
+            Some(Command::Methods) => say!("{}", text::methods())?,
             Some(Command::Effects(arguments)) => effects::run(&arguments)?,
         }
         Ok(Outcome::Done)

@@ -69,7 +69,7 @@ impl SceneOptions {
     pub(super) fn scene(&self) -> anyhow::Result<Scene> {
         let mut scene = load_scene(&self.robot, &self.world)?;
         for note in &scene.robot.notes {
-            eprintln!("note: {note}");
+            tell!("note: {note}");
         }
         scene.contact = self.tyre.map_or(scene.contact, Contact::from);
         let mut scene = Cause::edit_all(&Cause::from_settings(&self.settings, &scene)?, &scene);

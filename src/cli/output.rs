@@ -13,7 +13,7 @@ pub(super) const RECORDING: &str = "recording.rrd";
 #[cfg(not(feature = "recording"))]
 pub(super) fn note_missing_recording(unwanted: bool) {
     if !unwanted {
-        eprintln!("note: this build makes no recordings (cargo feature `recording`)");
+        tell!("note: this build makes no recordings (cargo feature `recording`)");
     }
 }
 

@@ -58,9 +58,9 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let (blind, alike) = (study.blind(), study.alike());
     bar.finish_and_clear();
     if arguments.scene.json {
-        println!("{}", serde_json::to_string_pretty(&crate::report::json::power(&blind, &alike))?);
+        sayln!("{}", serde_json::to_string_pretty(&crate::report::json::power(&blind, &alike))?)?;
     } else {
-        println!("{}", power::power(&blind, &alike));
+        sayln!("{}", power::power(&blind, &alike))?;
     }
     Ok(())
 }

@@ -3,6 +3,7 @@
 use super::options::set_threads;
 use super::output;
 use super::watch::stop_on_ctrl_c;
+use crate::dataset::Dataset;
 use crate::effect::{Cause, load_scene};
 use crate::experiment::{Simulator, predict};
 use crate::scene::WORLDS;
@@ -35,26 +36,36 @@ pub(super) struct Arguments {
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     set_threads(arguments.threads)?;
     output::expect_new(arguments.out.as_deref())?;
-    let dataset = crate::dataset::Dataset::read(&arguments.dataset)?;
+    let dataset = Dataset::read(&arguments.dataset)?;
+    super::check::warn([unsurveyed(&dataset)].iter());
     let scene = load_scene(&arguments.robot, &arguments.world)?;
     let scene = Cause::edit_all(&Cause::from_settings(&arguments.settings, &scene)?, &scene);
     let simulator = Simulator::new(&scene, stop_on_ctrl_c());
     let (predicted, left_out) = predict(&dataset, &simulator)?;
     for reason in &left_out {
-        eprintln!("note: {reason}");
+        tell!("note: {reason}");
     }
     if predicted.runs.is_empty() {
         anyhow::bail!("{}: no run can be predicted", arguments.dataset.display());
     }
     let folder = output::folder(arguments.out.as_deref(), "prediction")?;
     predicted.write(&folder)?;
-    println!("{:<24} {:>10} {:>10} {:>12}", "run", "x [m]", "y [m]", "heading [rad]");
+    sayln!("{:<24} {:>10} {:>10} {:>12}", "run", "x [m]", "y [m]", "heading [rad]")?;
     for run in &predicted.runs {
         if let Some(end) = run.end {
             let heading = end.heading.map_or(String::new(), |heading| format!("{heading:.5}"));
-            println!("{:<24} {:>10.5} {:>10.5} {heading:>12}", run.name, end.x, end.y);
+            sayln!("{:<24} {:>10.5} {:>10.5} {heading:>12}", run.name, end.x, end.y)?;
         }
     }
-    println!("predicted poses are in {}", folder.display());
+    sayln!("predicted poses are in {}", folder.display())?;
     Ok(())
+}
+
+/// A dataset without what no prediction looks at.
+fn unsurveyed(dataset: &Dataset) -> Dataset {
+    let mut dataset = dataset.clone();
+    for run in &mut dataset.runs {
+        (run.start, run.end, run.odometry_end, run.poses) = (None, None, None, None);
+    }
+    dataset
 }

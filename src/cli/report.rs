@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         file.display()
     );
     output::write(&file, &page.html())?;
-    println!("the report is {}", file.display());
+    sayln!("the report is {}", file.display())?;
     Ok(())
 }
 

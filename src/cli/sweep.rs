@@ -46,15 +46,15 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     };
     let merged = merge(&arguments.merge, into)?;
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&SweptJson::merged(&merged))?);
+        sayln!("{}", serde_json::to_string_pretty(&SweptJson::merged(&merged))?)?;
     } else {
-        println!(
+        sayln!(
             "{} points of {} shards are in {}; `treadmark report {}` draws them",
             merged.points,
             merged.shards,
             merged.table.display(),
             into.display()
-        );
+        )?;
     }
     Ok(())
 }
@@ -73,7 +73,7 @@ fn sweep(arguments: &Arguments, plan: &Path, out: &Path) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let swept = swept?;
     let took = began.elapsed();
-    eprintln!("{}", account(&swept, took));
+    tell!("{}", account(&swept, took));
     anyhow::ensure!(
         swept.is_complete(),
         "interrupted; {} keeps {} of {} points, and the same command goes on from there",
@@ -82,21 +82,21 @@ fn sweep(arguments: &Arguments, plan: &Path, out: &Path) -> anyhow::Result<()> {
         swept.progress.points
     );
     if arguments.json {
-        println!("{}", serde_json::to_string_pretty(&SweptJson::new(&swept, took))?);
+        sayln!("{}", serde_json::to_string_pretty(&SweptJson::new(&swept, took))?)?;
     } else {
         match &swept.table {
-            Some(table) => println!(
+            Some(table) => sayln!(
                 "{} points are in {}; `treadmark report {}` draws them",
                 swept.progress.points,
                 table.display(),
                 swept.folder.display()
-            ),
-            None => println!(
+            )?,
+            None => sayln!(
                 "shard {shard}: {} points are in {}; with all shards there, `treadmark sweep --merge {}`",
                 swept.progress.points,
                 swept.folder.display(),
                 out.display()
-            ),
+            )?,
         }
     }
     Ok(())

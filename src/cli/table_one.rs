@@ -28,7 +28,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         let number = done.fetch_add(1, Ordering::Relaxed) + 1;
         let effects: Vec<&str> = candidate.on_top().iter().map(|cause| cause.effect.id).collect();
         let name = if effects.is_empty() { "nothing more".to_owned() } else { effects.join(" and ") };
-        eprintln!("{number:>3}: {name} leaves χ² {:.1}", candidate.chi2);
+        tell!("{number:>3}: {name} leaves χ² {:.1}", candidate.chi2);
     };
     let candidates = experiment::table_one(&scene, &watch, stop_on_ctrl_c())?;
     let best = candidates.first().context("no candidate could be driven")?;
@@ -49,10 +49,10 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     std::fs::write(folder.join("table_one.json"), format!("{json:#}\n"))
         .with_context(|| folder.display().to_string())?;
     if arguments.scene.json {
-        println!("{json:#}");
+        sayln!("{json:#}")?;
         return Ok(());
     }
-    println!("{}", table_one::table_one(&candidates, &TABLE_ONE, Style::Terminal));
+    sayln!("{}", table_one::table_one(&candidates, &TABLE_ONE, Style::Terminal))?;
     if !arguments.scene.no_recording {
         let out = folder.join("best");
         let words = [
@@ -73,6 +73,6 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         ];
         Cli::try_parse_from(words)?.run()?;
     }
-    println!("the best robot is {}; every command takes it as --robot", file.display());
+    sayln!("the best robot is {}; every command takes it as --robot", file.display())?;
     Ok(())
 }

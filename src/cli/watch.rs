@@ -17,10 +17,10 @@ pub(super) fn stop_on_ctrl_c() -> &'static AtomicBool {
             if STOP.swap(true, Ordering::Relaxed) {
                 std::process::exit(2);
             }
-            eprintln!("\nstopping: what has been driven is kept (Ctrl-C again to end at once)");
+            tell!("\nstopping: what has been driven is kept (Ctrl-C again to end at once)");
         };
         if let Err(error) = ctrlc::set_handler(handler) {
-            eprintln!("note: Ctrl-C will end the program at once: {error}");
+            tell!("note: Ctrl-C will end the program at once: {error}");
         }
     });
     &STOP

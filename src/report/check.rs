@@ -67,12 +67,14 @@ pub fn check(dataset: &Dataset, suspicions: &[Suspicion]) -> String {
         let _ = writeln!(text, "  {words}");
     }
     text.push('\n');
-    if is_unsurveyed(dataset) {
-        text.push_str("nothing can be checked yet: no run has a surveyed end (x_m and y_m in runs.csv)\n");
-        return text;
-    }
     if suspicions.is_empty() {
-        text.push_str("nothing looks wrong\n");
+        text.push_str(if !is_unsurveyed(dataset) {
+            "nothing looks wrong\n"
+        } else if dataset.runs.iter().any(|run| run.encoders.is_some()) {
+            "nothing looks wrong with the logs; no run has a surveyed end (x_m and y_m in runs.csv) to check them against\n"
+        } else {
+            "nothing can be checked yet: no run has a surveyed end (x_m and y_m in runs.csv)\n"
+        });
         return text;
     }
     let _ = writeln!(

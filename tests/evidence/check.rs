@@ -650,3 +650,35 @@ fn init_and_check_on_the_command_line() {
     assert_eq!((code, stdout.as_str()), (Some(2), ""));
     assert!(stderr.contains("dataset.toml: cannot be read"), "{stderr}");
 }
+
+/// Logs without a survey are looked at too, and what is wrong with them is said to whoever predicts from them.
+#[test]
+fn logs_without_a_survey_are_looked_at() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let scene = Scene::load("jnpf_4wd", "lab_floor").expect("shipped");
+    let run = rig::run(&scene, Protocol::Square { side: 1.0, direction: Rotation::Clockwise });
+    let mut dataset = Dataset { campaign: campaign(&scene, "logged"), runs: vec![run.measured] };
+    let run = &mut dataset.runs[0];
+    (run.start, run.end, run.odometry_end, run.poses) = (None, None, None, None);
+    dataset.write(&at.join("whole")).expect("it can be written");
+    let (code, stdout, _) = treadmark(at, &["check", "whole"]);
+    assert_eq!(code, Some(0));
+    assert!(stdout.contains("nothing looks wrong with the logs; no run has a surveyed end"), "{stdout}");
+
+    // A second of the first side.
+    let log = dataset.runs[0].encoders.as_mut().expect("it has a log");
+    let (from, until) = [1.0, 2.0].map(|time| log.time.partition_point(|at| *at < time)).into();
+    let width = log.channels.len();
+    log.time.drain(from..until);
+    log.counts.drain(width * from..width * until);
+    dataset.write(&at.join("gap")).expect("it can be written");
+    let (code, stdout, _) = treadmark(at, &["check", "gap"]);
+    assert_eq!(code, Some(1));
+    assert!(stdout.contains("1 thing looks wrong") && stdout.contains("Rows look lost"), "{stdout}");
+    let (code, _, stderr) = treadmark(at, &["predict", "gap", "--robot", "jnpf_4wd", "--out", "predicted"]);
+    assert_eq!(code, Some(0), "{stderr}");
+    assert!(stderr.starts_with("look at the data first: ") && stderr.contains("Rows look lost"), "{stderr}");
+    let (_, _, stderr) = treadmark(at, &["predict", "whole", "--robot", "jnpf_4wd", "--out", "also"]);
+    assert!(!stderr.contains("look at the data first"), "{stderr}");
+}

@@ -37,6 +37,34 @@ fn edited(folder: &Path, file: &str, from: &str, to: &str) {
     std::fs::write(folder.join(name), original.replacen(from, to, 1)).expect("it can be written");
 }
 
+/// Who reads only the first line, as `head` does, is not shown a panic, and the work is done all the same.
+#[test]
+fn a_reader_may_leave() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("treadmark"));
+    let arguments = ["drive", "--side", "1", "--no-recording", "--out", "driven"];
+    command.current_dir(folder.path()).args(arguments).stdout(std::process::Stdio::piped());
+    let mut child = command.stderr(std::process::Stdio::piped()).spawn().expect("it starts");
+    drop(child.stdout.take());
+    let output = child.wait_with_output().expect("it ends");
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(0), "{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    assert!(folder.path().join("driven").is_dir());
+}
+
+/// A result that cannot be written is an error.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_is_told() {
+    let full = std::fs::OpenOptions::new().write(true).open("/dev/full").expect("Linux has it");
+    let mut command = std::process::Command::new(assert_cmd::cargo::cargo_bin("treadmark"));
+    let output = command.arg("effects").stdout(full).stderr(std::process::Stdio::piped()).output().expect("it starts");
+    let stderr = text(&output.stderr);
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(stderr.starts_with("error: stdout cannot be written: ") && !stderr.contains("panicked"), "{stderr}");
+}
+
 #[test]
 fn a_bad_robot_is_refused() {
     let model = "robots/jnpf_4wd.toml";
