@@ -1,6 +1,6 @@
 //! `treadmark import`: recordings of a real robot → dataset.
 
-use super::options::{non_negative, positive};
+use super::options::{non_negative, odometry, positive};
 use crate::dataset::{Campaign, DatasetError, EncoderUnit, SurveyFacts, read_stated_runs};
 use crate::import::{self, Clock, Cut, Imported, Options, PoseSource};
 use crate::odometry::OdometryParameters;
@@ -165,18 +165,6 @@ impl Arguments {
             campaign,
         })
     }
-}
-
-/// `left,right,track[,ticks]`, all above 0.
-fn odometry(text: &str) -> Result<OdometryParameters, String> {
-    let numbers = text.split(',').map(|part| positive(part.trim())).collect::<Result<Vec<f64>, String>>();
-    let numbers = numbers.map_err(|why| format!("{why}, each of LEFT,RIGHT,TRACK[,TICKS]"))?;
-    let (left_wheel_radius, right_wheel_radius, track_width, ticks_per_revolution) = match numbers[..] {
-        [left, right, track] => (left, right, track, None),
-        [left, right, track, ticks] => (left, right, track, Some(ticks)),
-        _ => return Err(format!("{} numbers; it must be three or four: LEFT,RIGHT,TRACK[,TICKS]", numbers.len())),
-    };
-    Ok(OdometryParameters { left_wheel_radius, right_wheel_radius, track_width, ticks_per_revolution })
 }
 
 /// `target=column`.

@@ -6,6 +6,7 @@ mod calibrate;
 mod certify;
 mod challenge;
 mod check;
+mod describe;
 mod diagnose;
 mod drive;
 mod effects;
@@ -44,6 +45,8 @@ enum Command {
     Experiment(experiment::Arguments),
     /// Drive one run
     Drive(drive::Arguments),
+    /// Write a model file for a robot of your own, of what its URDF says and of marked assumptions
+    Describe(describe::Arguments),
     /// Write a campaign to fill in, with instructions how to mark, drive, measure and note
     Init(init::Arguments),
     /// Make a dataset of recordings of a real robot: rosbag2/MCAP bags, tables, TUM trajectories
@@ -95,6 +98,7 @@ impl Cli {
             None => experiment::run(&self.experiment)?,
             Some(Command::Experiment(arguments)) => experiment::run(&arguments)?,
             Some(Command::Drive(arguments)) => drive::run(&arguments)?,
+            Some(Command::Describe(arguments)) => describe::run(&arguments)?,
             Some(Command::Init(arguments)) => init::run(&arguments)?,
             Some(Command::Import(arguments)) => import::run(&arguments)?,
             Some(Command::Export(arguments)) => export::run(&arguments)?,

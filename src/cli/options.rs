@@ -2,6 +2,7 @@
 
 use crate::calibrate::{METHODS, Method};
 use crate::effect::{Cause, load_scene};
+use crate::odometry::OdometryParameters;
 use crate::scene::{Contact, DEFAULT_TIME_STEP, ROBOTS, Scatter, Scene, WORLDS};
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
@@ -120,4 +121,16 @@ pub(super) fn methods(names: &[String]) -> anyhow::Result<Vec<&'static Method>> 
         })
     };
     names.iter().map(find).collect()
+}
+
+/// `left,right,track[,ticks]`, all above 0.
+pub(super) fn odometry(text: &str) -> Result<OdometryParameters, String> {
+    let numbers = text.split(',').map(|part| positive(part.trim())).collect::<Result<Vec<f64>, String>>();
+    let numbers = numbers.map_err(|why| format!("{why}, each of LEFT,RIGHT,TRACK[,TICKS]"))?;
+    let (left_wheel_radius, right_wheel_radius, track_width, ticks_per_revolution) = match numbers[..] {
+        [left, right, track] => (left, right, track, None),
+        [left, right, track, ticks] => (left, right, track, Some(ticks)),
+        _ => return Err(format!("{} numbers; it must be three or four: LEFT,RIGHT,TRACK[,TICKS]", numbers.len())),
+    };
+    Ok(OdometryParameters { left_wheel_radius, right_wheel_radius, track_width, ticks_per_revolution })
 }

@@ -41,6 +41,40 @@ pub enum SceneError {
         /// The parser's reason.
         source: Box<urdf_rs::UrdfError>,
     },
+    /// A macro file where a URDF is wanted.
+    #[error("{0}: is a xacro, not a URDF; expand it first: xacro {0} > robot.urdf", file.display())]
+    Xacro {
+        /// The file.
+        file: PathBuf,
+    },
+    /// A URDF in which no driven wheels are found on one side.
+    #[error("{}: no wheel stands on the {side}: none of its joints is continuous, turns about the lateral axis and hangs on the chassis there; its joints are: {}",
+        urdf.display(), joints.join(", "))]
+    NoWheels {
+        /// The URDF.
+        urdf: PathBuf,
+        /// `left` or `right`.
+        side: &'static str,
+        /// The joints that exist.
+        joints: Vec<String>,
+    },
+    /// A wheel that is drawn as no cylinder.
+    #[error("{}: joint `{joint}`: its wheel is drawn without a cylinder or sphere, so its radius is not known; say --wheel-radius", urdf.display())]
+    NoRadius {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The joint.
+        joint: String,
+    },
+    /// A robot that stands on one axle alone.
+    #[error("{}: it stands on one axle and on nothing else, no link being called a caster; name the link where one is with --caster; its links are: {}",
+        urdf.display(), links.join(", "))]
+    NoSupport {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The links that exist.
+        links: Vec<String>,
+    },
     /// A joint that the model file names and the URDF lacks.
     #[error("{}: wheel `{wheel}` names joint `{joint}`, which {} does not have; its joints are: {}",
         model.display(), urdf.display(), joints.join(", "))]
@@ -94,6 +128,16 @@ pub enum SceneError {
         value: f64,
         /// What is allowed.
         allowed: &'static str,
+    },
+    /// A chassis that the robot would stand on.
+    #[error("{}: link `{link}`: its collision shape reaches {:.1} mm below where the wheels stand, so the robot would rest on it; shorten the shape, or, if a caster is there, name the link as one", urdf.display(), 1e3 * depth)]
+    Grounded {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The link.
+        link: String,
+        /// \[m\]
+        depth: f64,
     },
     /// A number in the URDF that is not finite.
     #[error("{}: {place} has a value that is not a finite number", urdf.display())]

@@ -3,6 +3,7 @@
 //! A [`Scene`] is immutable and complete: the same scene, protocol and seed give the same bits. It holds plain data in
 //! SI units and knows no engine; [`crate::world`] builds the running state from it.
 
+mod describe;
 mod empirical;
 mod error;
 mod floor;
@@ -15,6 +16,7 @@ mod tyre;
 mod urdf;
 mod whole;
 
+pub use describe::{Description, Hints, describe};
 pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
 pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape, SpottedFloor};

@@ -299,7 +299,13 @@ impl Robot {
             .map(|(name, wheel)| (name.clone(), urdf::WheelJoint { joint: wheel.joint.clone(), side: wheel.side }))
             .collect();
         let tree = urdf::Tree::parse(&urdf_source.file, &urdf_source.text)?;
-        let assembly = tree.assemble(&source.file, &wheels)?;
+        let casters: Vec<&str> = model.casters.iter().map(|caster| caster.link.as_str()).collect();
+        let assembly = tree.assemble(&source.file, &wheels, &casters)?;
+        let lowest = |(wheel, mounted): (&WheelTable, &urdf::MountedWheel)| {
+            mounted.base_from_wheel.translation.z - wheel.free_radius
+        };
+        let ground = model.wheels.values().zip(&assembly.wheels).map(lowest).fold(f64::INFINITY, f64::min);
+        assembly.check_clear(&urdf_source.file, ground)?;
 
         for (side, word) in [(Side::Left, "left"), (Side::Right, "right")] {
             if !model.wheels.values().any(|wheel| wheel.side == side) {

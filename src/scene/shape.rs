@@ -1,6 +1,6 @@
 //! Rigid bodies and their shapes.
 
-use nalgebra::{Isometry3, Matrix3, Point3};
+use nalgebra::{Isometry3, Matrix3, Point3, Vector3};
 
 /// Where one frame stands in another, in space.
 pub type Placement = Isometry3<f64>;
@@ -36,6 +36,19 @@ pub struct PlacedShape {
     pub placement: Placement,
     /// Colour, linear RGBA 0..1, where the URDF gives one.
     pub colour: Option<[f64; 4]>,
+}
+
+impl PlacedShape {
+    /// How low it reaches in the frame of its body \[m\].
+    pub(super) fn lowest(&self) -> f64 {
+        let up = self.placement.rotation.inverse() * Vector3::z();
+        let reach = match self.shape {
+            Shape::Box { size } => 0.5 * (0..3).map(|axis| size[axis] * up[axis].abs()).sum::<f64>(),
+            Shape::Cylinder { radius, length } => 0.5 * length * up.z.abs() + radius * up.x.hypot(up.y),
+            Shape::Sphere { radius } => radius,
+        };
+        self.placement.translation.z - reach
+    }
 }
 
 /// A rigid body: one or several URDF links, joined firmly.
@@ -83,5 +96,31 @@ impl Body {
         self.inertia += inertia + moved(self.mass, self.centre_of_mass) + moved(mass, centre);
         self.mass = total;
         self.centre_of_mass = common;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use nalgebra::{Translation3, UnitQuaternion};
+    use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, SQRT_2};
+
+    #[test]
+    fn shapes_reach_as_low_as_they_do() {
+        let lowest = |shape, roll| {
+            let rotation = UnitQuaternion::from_euler_angles(roll, 0.0, 0.3);
+            let placement = Placement::from_parts(Translation3::new(1.0, 2.0, 0.5), rotation);
+            PlacedShape { shape, placement, colour: None }.lowest()
+        };
+        let (cube, cylinder) = (Shape::Box { size: [0.2; 3] }, Shape::Cylinder { radius: 0.1, length: 0.6 });
+        for (shape, roll, expected) in [
+            (cube.clone(), 0.0, 0.4),
+            (cube, FRAC_PI_4, 0.5 - 0.1 * SQRT_2),
+            (cylinder.clone(), 0.0, 0.2),
+            (cylinder, FRAC_PI_2, 0.4),
+            (Shape::Sphere { radius: 0.2 }, 1.0, 0.3),
+        ] {
+            assert!((lowest(shape.clone(), roll) - expected).abs() < 1e-12, "{shape:?}");
+        }
     }
 }

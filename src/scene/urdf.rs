@@ -12,6 +12,10 @@ use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 use urdf_rs::{Geometry, JointType, Link};
 
+/// Sines of angles by which an axle lies off the lateral axis because somebody wrote 1.57 for π/2, and no wheel is mounted so
+/// exactly; below the first it is computers that round.
+const ROUNDING: (f64, f64) = (1e-9, 1e-3);
+
 /// A joint that the model file names as a driven wheel's.
 pub(super) struct WheelJoint {
     pub joint: String,
@@ -25,12 +29,37 @@ pub(super) struct MountedWheel {
     pub axle: UnitVector3<f64>,
 }
 
+/// What may be a driven wheel.
+pub(super) struct Candidate {
+    pub joint: String,
+    /// Where its hub stands in the base frame \[m\].
+    pub at: [f64; 3],
+    /// As its shapes are drawn \[m\].
+    pub radius: Option<f64>,
+    /// Likewise \[m\].
+    pub width: Option<f64>,
+}
+
 /// What a URDF comes to.
 pub(super) struct Assembly {
     pub chassis: Body,
     /// In the order asked for.
     pub wheels: Vec<MountedWheel>,
     pub notes: Vec<String>,
+    /// The link of the chassis whose collision shapes reach lowest, and how high above the base frame \[m\].
+    lowest: Option<(String, f64)>,
+}
+
+impl Assembly {
+    /// Refuses a chassis that the robot would stand on: its shapes reach below the `ground` that its wheels stand on \[m\].
+    pub(super) fn check_clear(&self, urdf: &Path, ground: f64) -> Result<(), SceneError> {
+        match &self.lowest {
+            Some((link, height)) if *height < ground => {
+                Err(SceneError::Grounded { urdf: urdf.to_owned(), link: link.clone(), depth: ground - height })
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// A parsed URDF whose links form a tree.
@@ -47,8 +76,10 @@ pub(super) struct Tree {
 
 impl Tree {
     pub(super) fn parse(file: &Path, text: &str) -> Result<Tree, SceneError> {
-        let robot = urdf_rs::read_from_string(text)
-            .map_err(|source| SceneError::Urdf { file: file.to_owned(), source: Box::new(source) })?;
+        let robot = urdf_rs::read_from_string(text).map_err(|source| {
+            let (file, source) = (file.to_owned(), Box::new(source));
+            if text.contains("<xacro:") { SceneError::Xacro { file } } else { SceneError::Urdf { file, source } }
+        })?;
         let link_index: HashMap<String, usize> =
             robot.links.iter().enumerate().map(|(index, link)| (link.name.clone(), index)).collect();
         let mut tree = Tree {
@@ -71,13 +102,19 @@ impl Tree {
                 model: model.to_owned(),
                 urdf: self.file.clone(),
                 link: link.to_owned(),
-                links: self.robot.links.iter().map(|link| link.name.clone()).collect(),
+                links: self.links(),
             }),
         }
     }
 
-    /// Joins links to bodies; each of `wheels` (name, joint) becomes a body of its own.
-    pub(super) fn assemble(&self, model: &Path, wheels: &[(String, WheelJoint)]) -> Result<Assembly, SceneError> {
+    /// Joins links to bodies; each of `wheels` (name, joint) becomes a body of its own. What the links of `casters` and those on
+    /// them hit is left to the casters.
+    pub(super) fn assemble(
+        &self,
+        model: &Path,
+        wheels: &[(String, WheelJoint)],
+        casters: &[&str],
+    ) -> Result<Assembly, SceneError> {
         let mut wheel_of_joint = HashMap::new();
         for (position, (name, wheel)) in wheels.iter().enumerate() {
             let joint = self.wheel_joint(model, name, wheel)?;
@@ -88,12 +125,20 @@ impl Tree {
         let mut notes = Vec::new();
         let mut chassis = Body::empty(&self.robot.links[root].name);
         let mut mounted: Vec<MountedWheel> = wheels.iter().map(|(_, wheel)| self.mount(wheel)).collect();
+        let mut lowest: Option<(String, f64)> = None;
         for (index, link) in self.robot.links.iter().enumerate() {
-            let (body, body_from_link) = match self.carrier(index, &wheel_of_joint) {
-                Some((wheel, hub)) => (&mut mounted[wheel].body, self.placements[hub].inv_mul(&self.placements[index])),
-                None => (&mut chassis, self.placements[index]),
-            };
-            self.join(body, link, body_from_link, &mut notes)?;
+            if let Some((wheel, hub)) = self.carrier(index, &wheel_of_joint) {
+                let wheel_from_link = self.placements[hub].inv_mul(&self.placements[index]);
+                self.join(&mut mounted[wheel].body, link, wheel_from_link, true, &mut notes)?;
+                continue;
+            }
+            let known = chassis.collisions.len();
+            let hits = !self.lineage(index).any(|link| casters.contains(&link));
+            self.join(&mut chassis, link, self.placements[index], hits, &mut notes)?;
+            let height = chassis.collisions[known..].iter().map(PlacedShape::lowest).fold(f64::INFINITY, f64::min);
+            if lowest.as_ref().is_none_or(|(_, least)| height < *least) {
+                lowest = Some((link.name.clone(), height));
+            }
         }
         for (joint_index, joint) in self.robot.joints.iter().enumerate() {
             let moves = !matches!(joint.joint_type, JointType::Fixed);
@@ -106,7 +151,58 @@ impl Tree {
         for wheel in &mounted {
             self.check_body(&wheel.body)?;
         }
-        Ok(Assembly { chassis, wheels: mounted, notes })
+        Ok(Assembly { chassis, wheels: mounted, notes, lowest })
+    }
+
+    /// What may be driven wheels: what turns without end about the lateral axis on the chassis, in the URDF's order.
+    pub(super) fn wheels(&self) -> Vec<Candidate> {
+        let continuous = |joint: &&urdf_rs::Joint| matches!(joint.joint_type, JointType::Continuous);
+        let candidates = self.robot.joints.iter().filter(continuous).filter_map(|joint| {
+            let hub = self.link_index[&joint.child.link];
+            let at = self.placements[hub].translation;
+            let side = if at.y > 0.0 { Side::Left } else { Side::Right };
+            let index = self.wheel_joint(&self.file, "", &WheelJoint { joint: joint.name.clone(), side }).ok()?;
+            let own = HashMap::from([(index, 0)]);
+            let links: Vec<usize> =
+                (0..self.robot.links.len()).filter(|&it| self.carrier(it, &own).is_some()).collect();
+            let round = |of: fn(&Link) -> Vec<(&urdf_rs::Pose, &Geometry)>| {
+                let sizes = links.iter().flat_map(|&link| {
+                    let base_from_link = self.placements[link];
+                    of(&self.robot.links[link]).into_iter().filter_map(move |(origin, geometry)| {
+                        let axis = (base_from_link * placement(origin)).rotation * Vector3::z();
+                        match *geometry {
+                            Geometry::Cylinder { radius, length } if axis.y.abs() > 0.9 => Some((radius, Some(length))),
+                            Geometry::Sphere { radius } => Some((radius, None)),
+                            _ => None,
+                        }
+                    })
+                });
+                sizes.max_by(|(one, _), (other, _)| one.total_cmp(other))
+            };
+            let collision = round(|link| link.collision.iter().map(|part| (&part.origin, &part.geometry)).collect());
+            let visual = || round(|link| link.visual.iter().map(|part| (&part.origin, &part.geometry)).collect());
+            let size = collision.or_else(visual);
+            let (radius, width) = (size.map(|(radius, _)| radius), size.and_then(|(_, width)| width));
+            Some(Candidate { joint: joint.name.clone(), at: [at.x, at.y, at.z], radius, width })
+        });
+        candidates.collect()
+    }
+
+    /// Links whose names hold one of `words`, and none of whose children's do.
+    pub(super) fn links_called(&self, words: &[&str]) -> Vec<String> {
+        let called = |name: &str| words.iter().any(|word| name.to_lowercase().contains(word));
+        let has_child =
+            |name: &str| self.robot.joints.iter().any(|joint| joint.parent.link == name && called(&joint.child.link));
+        let links = self.robot.links.iter().map(|link| link.name.clone());
+        links.filter(|name| called(name) && !has_child(name)).collect()
+    }
+
+    pub(super) fn joints(&self) -> Vec<String> {
+        self.robot.joints.iter().map(|joint| joint.name.clone()).collect()
+    }
+
+    pub(super) fn links(&self) -> Vec<String> {
+        self.robot.links.iter().map(|link| link.name.clone()).collect()
     }
 
     fn root(&self) -> usize {
@@ -147,6 +243,12 @@ impl Tree {
             return Err(SceneError::NotATree { urdf: self.file.clone(), roots });
         }
         Ok(())
+    }
+
+    /// The name of a link and of all that it hangs on.
+    fn lineage(&self, index: usize) -> impl Iterator<Item = &str> {
+        let above = |link: &usize| Some(self.link_index[&self.robot.joints[self.parent_joint[*link]?].parent.link]);
+        std::iter::successors(Some(index), above).map(|link| self.robot.links[link].name.as_str())
     }
 
     /// The wheel body that carries link `index`, with the wheel's hub link; `None`: the chassis carries it.
@@ -213,20 +315,24 @@ impl Tree {
         let joint = self.robot.joints.iter().find(|joint| joint.name == wheel.joint).expect("checked by wheel_joint");
         let base_from_wheel = self.placements[self.link_index[&joint.child.link]];
         let axis = Unit::new_normalize(Vector3::from(*joint.axis.xyz));
-        let points_left = (base_from_wheel.rotation * axis).y > 0.0;
+        let axle = if (base_from_wheel.rotation * axis).y > 0.0 { axis } else { -axis };
+        let lateral = base_from_wheel.rotation.inverse() * Vector3::y_axis();
+        let off = axle.cross(&lateral).norm();
+        let is_rounded = (ROUNDING.0..ROUNDING.1).contains(&off);
         MountedWheel {
             body: Body::empty(&joint.child.link),
             base_from_wheel,
-            axle: if points_left { axis } else { -axis },
+            axle: if is_rounded { lateral } else { axle },
         }
     }
 
-    /// Adds a link's mass and shapes to the body that carries it.
+    /// Adds a link's mass and shapes to the body that carries it; whether it hits anything is for who asks.
     fn join(
         &self,
         body: &mut Body,
         link: &Link,
         body_from_link: Placement,
+        hits: bool,
         notes: &mut Vec<String>,
     ) -> Result<(), SceneError> {
         let inertial = &link.inertial;
@@ -261,7 +367,7 @@ impl Tree {
                 None => meshes += 1,
             }
         }
-        for collision in &link.collision {
+        for collision in link.collision.iter().filter(|_| hits) {
             match shape(&collision.geometry) {
                 Some(shape) => body.collisions.push(PlacedShape {
                     shape,

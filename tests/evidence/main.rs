@@ -9,6 +9,7 @@ mod certify;
 mod check;
 mod cli;
 mod dataset;
+mod describe;
 mod diagnosis;
 mod effects;
 mod examples;

@@ -1,0 +1,152 @@
+//! A model file made of a URDF: right where the URDF says it, marked where it does not, and drivable.
+
+use crate::cli::{refused, text, treadmark};
+use crate::rig;
+use std::path::Path;
+use treadmark::dataset::{Protocol, Rotation};
+use treadmark::scene::{Robot, Scene};
+
+/// The URDF of a shipped robot, in a folder of its own.
+fn shipped(folder: &Path, name: &str) -> String {
+    let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("robots").join(format!("{name}.urdf"));
+    std::fs::copy(file, folder.join(format!("{name}.urdf"))).expect("it can be copied");
+    format!("{name}.urdf")
+}
+
+fn described(folder: &Path, arguments: &[&str]) -> (String, String) {
+    let output = treadmark(folder).arg("describe").args(arguments).output().expect("it starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stderr));
+    (text(&output.stdout), text(&output.stderr))
+}
+
+/// What the shipped model files say of wheels and casters is what their URDFs say; and the described robots drive.
+#[test]
+fn shipped_robots_come_back_from_their_urdfs() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for name in ["jnpf_4wd", "husky_a200", "optiodom", "leo", "rosbot", "panther", "pioneer_3at"] {
+        let (stdout, stderr) = described(folder.path(), &[&shipped(folder.path(), name)]);
+        assert!(
+            stdout.starts_with(&format!("{name}.toml describes {name}: ")) && stderr.is_empty(),
+            "{stdout}{stderr}"
+        );
+        let own =
+            Scene::load(&folder.path().join(format!("{name}.toml")).to_string_lossy(), "lab_floor").expect("it loads");
+        let model = Robot::load(name).expect("shipped");
+        assert_eq!(own.robot.wheels.len(), model.wheels.len(), "{name}");
+        for (wheel, expected) in own.robot.wheels.iter().zip(&model.wheels) {
+            assert_eq!((&wheel.name, wheel.side), (&expected.name, expected.side), "{name}");
+            assert_eq!(wheel.base_from_wheel, expected.base_from_wheel, "{name}");
+            // Tyres of the first robot are stated to differ by 0.06 % from what is drawn.
+            assert!((wheel.tyre.free_radius / expected.tyre.free_radius - 1.0).abs() < 1e-3, "{name}");
+            assert_eq!(wheel.tyre.width, expected.tyre.width, "{name}");
+        }
+        let casters = |robot: &Robot| robot.casters.iter().map(|it| (it.link.clone(), it.radius)).collect::<Vec<_>>();
+        assert_eq!(casters(&own.robot), casters(&model), "{name}");
+
+        let protocol = Protocol::Square { side: 1.0, direction: Rotation::CounterClockwise };
+        let end = rig::run(&own.noise_free(), protocol).measured.end.expect("it is surveyed");
+        // A tenth of the side is what a track by theory and an assumed patch may cost.
+        assert!(end.x.hypot(end.y) < 0.1, "{name}: {end:?}");
+    }
+}
+
+/// A robot as makers draw it: 1.57 for a quarter turn, a footprint without mass, a box for a caster that would rub on the floor,
+/// a scanner of which there is only a mesh.
+const DRAWN: &str = r#"<robot name="little">
+  <link name="base_footprint"/>
+  <joint name="base_joint" type="fixed"><parent link="base_footprint"/><child link="base_link"/><origin xyz="0 0 0.02"/></joint>
+  <link name="base_link">
+    <inertial><origin xyz="-0.02 0 0.03"/><mass value="1.2"/>
+      <inertia ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.005"/></inertial>
+    <collision><origin xyz="-0.03 0 0.06"/><geometry><box size="0.16 0.14 0.1"/></geometry></collision>
+  </link>
+  <joint name="left_joint" type="continuous"><parent link="base_link"/><child link="left_wheel"/>
+    <origin xyz="0 0.09 0.016" rpy="-1.57 0 0"/><axis xyz="0 0 1"/></joint>
+  <link name="left_wheel"><inertial><mass value="0.04"/>
+      <inertia ixx="2e-5" ixy="0" ixz="0" iyy="2e-5" iyz="0" izz="3e-5"/></inertial>
+    <collision><geometry><cylinder radius="0.036" length="0.02"/></geometry></collision></link>
+  <joint name="right_joint" type="continuous"><parent link="base_link"/><child link="right_wheel"/>
+    <origin xyz="0 -0.09 0.016" rpy="-1.57 0 0"/><axis xyz="0 0 1"/></joint>
+  <link name="right_wheel"><inertial><mass value="0.04"/>
+      <inertia ixx="2e-5" ixy="0" ixz="0" iyy="2e-5" iyz="0" izz="3e-5"/></inertial>
+    <collision><geometry><cylinder radius="0.036" length="0.02"/></geometry></collision></link>
+  <joint name="back_joint" type="fixed"><parent link="base_link"/><child link="back_castor"/><origin xyz="-0.1 0 -0.012"/></joint>
+  <link name="back_castor"><collision><geometry><box size="0.03 0.02 0.016"/></geometry></collision></link>
+  <joint name="scan_joint" type="continuous"><parent link="base_link"/><child link="scan"/><origin xyz="0 0.01 0.15"/>
+    <axis xyz="0 1 0"/></joint>
+  <link name="scan"><visual><geometry><cylinder radius="0.03" length="0.02"/></geometry></visual>
+    <visual><geometry><mesh filename="scan.stl"/></geometry></visual></link>
+</robot>"#;
+
+#[test]
+fn a_robot_as_makers_draw_it_stands_and_rolls() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    std::fs::write(at.join("little.urdf"), DRAWN).expect("it can be written");
+    let (stdout, stderr) = described(at, &["little.urdf", "--odometry", "0.0355,0.0355,0.18,2048"]);
+    assert!(stdout.contains("2 driven wheels of 0.036 m, track 0.1800 m, caster `back_castor`, 1.280 kg"), "{stdout}");
+    assert!(stderr.contains("joint `scan_joint` turns like a wheel and does not reach the ground"), "{stderr}");
+    let robot = Robot::load(&at.join("little.toml").to_string_lossy()).expect("it loads");
+    assert_eq!((robot.casters[0].radius, robot.encoder.ticks_per_revolution), (0.008, 2048.0));
+    assert_eq!(robot.odometry.left_wheel_radius, 0.0355);
+    for wheel in &robot.wheels {
+        let axle = wheel.base_from_wheel.rotation * wheel.axle;
+        assert!((axle.y - 1.0).abs() < 1e-15 && axle.x.abs() < 1e-15 && axle.z.abs() < 1e-15, "{axle:?}");
+    }
+    // It stands on wheels and caster alone, rolls by its tyres' radius, goes straight, and turns as theory has it.
+    let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+}
+
+#[test]
+fn what_makes_no_robot_is_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let cylinder = r#"<cylinder radius="0.036" length="0.02"/>"#;
+    let lowered = DRAWN.replace(r#"<origin xyz="-0.03 0 0.06"/>"#, r#"<origin xyz="-0.03 0 0.02"/>"#);
+    let xacro = r#"<robot xmlns:xacro="x" name="a"><xacro:property name="m" value="1"/>
+        <link name="a"><inertial><mass value="${m}"/></inertial></link></robot>"#;
+    for (urdf, more, parts) in [
+        (xacro.to_owned(), &[][..], &["robot.urdf: is a xacro, not a URDF", "xacro robot.urdf > robot.urdf"][..]),
+        ("<robot".to_owned(), &[], &["robot.urdf: not a valid URDF"]),
+        (
+            DRAWN.replace("continuous", "fixed"),
+            &[],
+            &["no wheel stands on the left", "its joints are: base_joint, left_joint, "],
+        ),
+        (
+            DRAWN.replace(cylinder, r#"<mesh filename="wheel.stl"/>"#),
+            &[],
+            &["joint `left_joint`: its wheel is drawn without a cylinder or sphere", "--wheel-radius"],
+        ),
+        (
+            DRAWN.replace("castor", "thing"),
+            &[],
+            &["it stands on one axle and on nothing else", "--caster", "back_thing"],
+        ),
+        (DRAWN.to_owned(), &["--caster", "nothing"], &["caster names link `nothing`", "back_castor"]),
+        (lowered, &[], &["link `base_link`: its collision shape reaches 10.0 mm below where the wheels stand"]),
+        (DRAWN.to_owned(), &["--wheel-radius", "-1"], &["it must be a finite number above 0"]),
+    ] {
+        std::fs::write(at.join("robot.urdf"), urdf).expect("it can be written");
+        refused(at, &[&["describe", "robot.urdf"], more].concat(), parts);
+        assert!(!at.join("robot.toml").exists());
+    }
+    refused(at, &["describe", "nowhere.urdf"], &["nowhere.urdf: cannot be read"]);
+    std::fs::write(at.join("robot.urdf"), DRAWN).expect("it can be written");
+    std::fs::write(at.join("robot.toml"), "mine").expect("it can be written");
+    refused(at, &["describe", "robot.urdf"], &["robot.toml: exists already"]);
+    assert_eq!(std::fs::read_to_string(at.join("robot.toml")).expect("it is there"), "mine");
+}
+
+/// A model file elsewhere finds its URDF.
+#[test]
+fn a_model_file_may_lie_elsewhere() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    std::fs::create_dir(at.join("models")).expect("it is new");
+    std::fs::write(at.join("little.urdf"), DRAWN).expect("it can be written");
+    described(at, &["little.urdf", "--out", "models/mine.toml", "--name", "Rosie \"the\" robot"]);
+    let robot = Robot::load(&at.join("models/mine.toml").to_string_lossy()).expect("it finds its URDF");
+    assert_eq!(robot.name, "Rosie \"the\" robot");
+}
