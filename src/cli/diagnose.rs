@@ -65,6 +65,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let cautions = check::cautions(&wrong);
     let (robot, world) = models(arguments, &datasets[0])?;
     let given = load_scene(&robot, &world)?;
+    datasets.iter().chain(&hold_out).try_for_each(|dataset| given.robot.expect_stated(dataset))?;
     let settings = Cause::from_settings(&arguments.settings, &given)?;
     let mut given = Cause::edit_all(&settings, &given);
     if !settings.is_empty() {

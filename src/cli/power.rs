@@ -5,16 +5,18 @@ use super::progress::{progress_bar, simulations};
 use super::watch::stop_on_ctrl_c;
 use crate::dataset::Dataset;
 use crate::diagnose::{Options, Study};
-use crate::experiment::{CampaignKind, DataKind, Simulator, planned};
+use crate::experiment::{CampaignKind, DataKind, Simulator, planned, planned_as, predict};
 use crate::report::power;
+use crate::scene::Scene;
 use anyhow::Context;
 use clap::{Args, ValueEnum};
 use std::path::PathBuf;
+use std::sync::atomic::AtomicBool;
 
 /// Arguments of `treadmark power`.
 #[derive(Args)]
 pub(super) struct Arguments {
-    /// A dataset folder, whose protocols are taken; or `squares` or `full`, the campaigns of `treadmark challenge`
+    /// A dataset folder, driven and surveyed, or logged, or only planned; or `squares` or `full`, the campaigns of `treadmark challenge`
     #[arg(value_name = "DATASET|squares|full")]
     campaign: String,
     /// What would be noted
@@ -45,16 +47,15 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         path => {
             let dataset = Dataset::read(&PathBuf::from(path))
                 .with_context(|| format!("{path}: neither `squares`, `full` nor a dataset"))?;
-            let counts = vec![1; dataset.runs.len()];
-            (dataset, counts)
+            scene.robot.expect_stated(&dataset)?;
+            as_noted(dataset, &scene, data, stop)?
         }
     };
     let simulator = Simulator::new(&scene, stop);
     let bar = progress_bar(0, "simulations");
     let progress = simulations(&bar, "what this campaign could show");
     let study = Study::new(std::slice::from_ref(&dataset), &[], &simulator, Options::default(), None, &progress)?;
-    let study =
-        if arguments.campaign == "squares" || arguments.campaign == "full" { study.repeated(&counts) } else { study };
+    let study = if counts.iter().any(|count| *count != 1) { study.repeated(&counts) } else { study };
     let (blind, alike) = (study.blind(), study.alike());
     bar.finish_and_clear();
     if arguments.scene.json {
@@ -63,4 +64,32 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
         sayln!("{}", power::power(&blind, &alike))?;
     }
     Ok(())
+}
+
+/// A dataset whose runs were surveyed as it is; else as the model would have it: what was logged is predicted, and what was only
+/// planned is driven. How many runs each stands for comes with it.
+fn as_noted(
+    dataset: Dataset,
+    scene: &Scene,
+    data: DataKind,
+    stop: &AtomicBool,
+) -> anyhow::Result<(Dataset, Vec<usize>)> {
+    let once = |dataset: Dataset| {
+        let counts = vec![1; dataset.runs.len()];
+        (dataset, counts)
+    };
+    if dataset.runs.iter().any(|run| run.end.is_some() || run.poses.is_some()) {
+        return Ok(once(dataset));
+    }
+    if dataset.runs.iter().all(|run| run.encoders.is_none()) {
+        tell!("note: nothing is noted of these runs yet: the model drives them");
+        return Ok(planned_as(&dataset, scene, data, stop)?);
+    }
+    tell!("note: these runs are not surveyed yet: the model says where their wheels went");
+    let (mut predicted, _) = predict(&dataset, &Simulator::new(scene, stop))?;
+    predicted.campaign.survey = dataset.campaign.survey;
+    if data == DataKind::EndPoints {
+        predicted.runs.iter_mut().for_each(|run| run.poses = None);
+    }
+    Ok(once(predicted))
 }

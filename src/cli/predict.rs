@@ -39,6 +39,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let dataset = Dataset::read(&arguments.dataset)?;
     super::check::warn([unsurveyed(&dataset)].iter());
     let scene = load_scene(&arguments.robot, &arguments.world)?;
+    scene.robot.expect_stated(&dataset)?;
     let scene = Cause::edit_all(&Cause::from_settings(&arguments.settings, &scene)?, &scene);
     let simulator = Simulator::new(&scene, stop_on_ctrl_c());
     let (predicted, left_out) = predict(&dataset, &simulator)?;

@@ -12,7 +12,7 @@ mod table_one;
 
 pub use challenge::{
     Call, CampaignKind, Challenge, DataKind, Draw, EffectsKind, Interval, Score, ScoreError, Scored, Scorer, Tally,
-    planned,
+    planned, planned_as,
 };
 pub use predict::predict;
 pub use simulator::Simulator;

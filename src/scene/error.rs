@@ -163,6 +163,20 @@ pub enum SceneError {
         /// Links without parent.
         roots: Vec<String>,
     },
+    /// A model of another robot than a dataset's.
+    #[error("{}: is hardly the robot of dataset `{dataset}`: {what} is {stated} there, and {has} by the model; name its model with --robot, or mend the dataset", model.display())]
+    OtherRobot {
+        /// The model file.
+        model: PathBuf,
+        /// The dataset's name.
+        dataset: String,
+        /// What differs, as the dataset calls it.
+        what: &'static str,
+        /// By the model.
+        has: f64,
+        /// By the dataset.
+        stated: f64,
+    },
     /// A world without anything to stand on.
     #[error("{}: a world without ground: it has neither a [plane] table nor any [[obstacles]]; a [plane] table, even an empty one, makes a level floor", file.display())]
     NoGround {

@@ -11,6 +11,7 @@ mod residue;
 mod robot;
 mod shape;
 mod shipped;
+mod stated;
 mod survey;
 mod tyre;
 mod urdf;

@@ -53,6 +53,75 @@ fn a_reader_may_leave() {
     assert!(folder.path().join("driven").is_dir());
 }
 
+/// What a campaign could show is asked before it is driven, after it was logged, and of one that was surveyed.
+#[test]
+fn power_takes_a_campaign_that_is_only_planned() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    treadmark(at).args(["init", "lab"]).assert().success();
+    let shows = |arguments: &[&str], note: &str| {
+        let output = treadmark(at).arg("power").args(arguments).arg("--json").output().expect("it starts");
+        let stderr = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "{arguments:?}\n{stderr}");
+        assert!(stderr.contains(note), "{stderr}");
+        let json: Value = serde_json::from_slice(&output.stdout).expect("stdout is JSON alone");
+        let effects = json["smallest_detectable"].as_array().expect("a list").len();
+        assert!(effects > 20, "{json:#}");
+        json
+    };
+    let planned = "nothing is noted of these runs yet: the model drives them";
+    let logs = shows(&["lab"], planned);
+    let ends = shows(&["lab", "--data", "endpoints"], planned);
+    assert_ne!(logs, ends);
+
+    // What was logged and not surveyed says as much as what was surveyed.
+    treadmark(at).args(["challenge", "--seed", "1", "--data", "logs", "--out", "driven"]).assert().success();
+    let surveyed = shows(&["driven"], "");
+    let runs = std::fs::read_to_string(at.join("driven/runs.csv")).expect("it is there");
+    let columns: Vec<&str> = runs.lines().next().expect("a header").split(',').collect();
+    let blanked = runs.lines().enumerate().map(|(number, line)| {
+        let blank = |(column, value)| match columns[column] {
+            "x_m" | "y_m" | "heading_rad" if number > 0 => "",
+            _ => value,
+        };
+        line.split(',').enumerate().map(blank).collect::<Vec<_>>().join(",")
+    });
+    let blanked: Vec<String> = blanked.collect();
+    std::fs::write(at.join("driven/runs.csv"), blanked.join("\n")).expect("it can be written");
+    std::fs::remove_file(at.join("driven/poses.csv")).expect("it is there");
+    let logged = shows(&["driven"], "these runs are not surveyed yet: the model says where their wheels went");
+    let least = |json: &Value, place: usize| json["smallest_detectable"][place]["smallest_detectable"].as_f64();
+    for place in 0..10 {
+        if let (Some(one), Some(other)) = (least(&surveyed, place), least(&logged, place)) {
+            assert!((one / other - 1.0).abs() < 0.5, "{place}: {one} {other}");
+        }
+    }
+}
+
+/// Data of another robot are refused with what differs, wherever a model is held against them.
+#[test]
+fn data_of_another_robot_are_refused() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    treadmark(at).args(["challenge", "--seed", "1", "--data", "logs", "--out", "driven"]).assert().success();
+    let parts =
+        ["optiodom.toml: is hardly the robot of dataset", "nominal_wheel_diameter_m is 0.2 there, and 0.084 by"];
+    for command in [&["diagnose", "driven", "--robot", "optiodom"][..], &["predict", "driven", "--robot", "optiodom"]] {
+        refused(at, command, &parts);
+    }
+    refused(at, &["power", "driven", "--robot", "optiodom"], &parts);
+    // Without facts it is the columns of counts that tell.
+    let file = at.join("driven/dataset.toml");
+    let facts = std::fs::read_to_string(&file).expect("it is there");
+    let without: Vec<&str> = facts.lines().filter(|line| !line.starts_with("nominal_")).collect();
+    std::fs::write(&file, without.join("\n")).expect("it can be written");
+    refused(
+        at,
+        &["diagnose", "driven", "--robot", "optiodom"],
+        &["left wheels in encoders.csv is 2 there, and 1 by the model"],
+    );
+}
+
 /// A result that cannot be written is an error.
 #[cfg(target_os = "linux")]
 #[test]

@@ -1,8 +1,9 @@
 //! Campaigns of a challenge: what is driven, and what is noted of it.
 
-use crate::dataset::{Dataset, Protocol, Rotation, Run, Travel};
+use crate::dataset::{Campaign, Dataset, Protocol, Rotation, Run, Travel};
 use crate::drive::{self, DriveError, Task};
 use crate::experiment::campaign;
+use crate::experiment::simulator::task_of;
 use crate::scene::Scene;
 use rayon::prelude::*;
 use std::f64::consts::TAU;
@@ -127,6 +128,23 @@ pub fn planned(
     noise_free(scene, scene, kind, data, stop)
 }
 
+/// The same of what a dataset plans, nothing of whose runs has been noted.
+///
+/// # Errors
+/// A run that cannot be driven.
+pub fn planned_as(
+    dataset: &Dataset,
+    scene: &Scene,
+    data: DataKind,
+    stop: &AtomicBool,
+) -> Result<(Dataset, Vec<usize>), DriveError> {
+    let drivable = dataset.runs.iter().filter(|run| run.protocol.nominal_end().is_some());
+    let (runs, counts) = one_of_each(scene, drivable.map(task_of), data, stop)?;
+    // It is this robot that drives, by what it believes.
+    let facts = Campaign { odometry: Some(scene.robot.odometry), ..dataset.campaign.clone() };
+    Ok((Dataset { campaign: facts, runs }, counts))
+}
+
 /// A campaign without noise: one run a condition, and how many of the campaign's runs it stands for. Where tyres grow, all.
 pub(super) fn noise_free(
     world: &Scene,
@@ -135,9 +153,21 @@ pub(super) fn noise_free(
     data: DataKind,
     stop: &AtomicBool,
 ) -> Result<(Dataset, Vec<usize>), DriveError> {
+    let (runs, counts) = one_of_each(world, kind.tasks(base), data, stop)?;
+    let facts = Campaign { odometry: Some(base.robot.odometry), ..campaign(world, "noise-free") };
+    Ok((Dataset { campaign: facts, runs }, counts))
+}
+
+/// Drives one of all tasks that are alike, without noise, and counts them.
+fn one_of_each(
+    world: &Scene,
+    all: impl IntoIterator<Item = Task>,
+    data: DataKind,
+    stop: &AtomicBool,
+) -> Result<(Vec<Run>, Vec<usize>), DriveError> {
     let scene = world.clone().noise_free();
     let (mut tasks, mut counts): (Vec<Task>, Vec<usize>) = (Vec::new(), Vec::new());
-    for task in kind.tasks(base) {
+    for task in all {
         match tasks.iter().position(|known| known.is_alike(&task, &scene.robot)) {
             Some(known) => counts[known] += 1,
             None => {
@@ -146,8 +176,5 @@ pub(super) fn noise_free(
             }
         }
     }
-    let runs = noted(&scene, &tasks, data, 0, stop)?;
-    let mut facts = campaign(world, "noise-free");
-    facts.odometry = Some(base.robot.odometry);
-    Ok((Dataset { campaign: facts, runs }, counts))
+    Ok((noted(&scene, &tasks, data, 0, stop)?, counts))
 }

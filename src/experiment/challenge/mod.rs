@@ -5,7 +5,7 @@ mod judge;
 mod oracle;
 mod score;
 
-pub use campaign::{CampaignKind, DataKind, planned};
+pub use campaign::{CampaignKind, DataKind, planned, planned_as};
 pub use score::{Call, Interval, Score, ScoreError, Scored, Scorer, Tally};
 
 use crate::dataset::{Dataset, DatasetError};
