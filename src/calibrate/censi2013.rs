@@ -62,8 +62,10 @@ fn estimate(training: &Training) -> Result<Estimate, CalibrateError> {
         }
         // A radian weighs as much as the track's half: both are what a wheel that slips would make.
         let weight = 0.5 * solution.track_width;
-        intervals.sort_by(|one, other| misfit(one, &solution, weight).total_cmp(&misfit(other, &solution, weight)));
-        intervals.truncate(keep);
+        let mut ranked: Vec<(f64, Interval)> =
+            intervals.into_iter().map(|interval| (misfit(&interval, &solution, weight), interval)).collect();
+        ranked.sort_by(|(one, _), (other, _)| one.total_cmp(other));
+        intervals = ranked.into_iter().take(keep).map(|(_, interval)| interval).collect();
         solution = fit(&intervals).ok_or_else(singular)?;
     }
     let Fit { j21, j22, track_width, .. } = solution;

@@ -120,6 +120,7 @@ impl Calibration {
 /// Error of each run as predicted by the method from all other runs; `None` where it cannot do without one of them.
 fn folds(method: &Method, training: &Training) -> Option<Vec<SurveyedPose>> {
     (0..training.runs.len())
+        .into_par_iter()
         .map(|out| {
             let estimate = (method.estimate)(&training.only(|index, _| index != out)).ok()?;
             Some(training.runs[out].error(&training.odometry, &estimate.correction()))

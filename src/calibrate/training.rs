@@ -5,6 +5,7 @@ use super::error::CalibrateError;
 use crate::dataset::{Dataset, EncoderLog, Protocol, Run, SurveyedPose};
 use crate::geometry::Pose2;
 use crate::odometry::{OdometryCorrection, OdometryParameters};
+use nalgebra::{Matrix3, Vector3};
 use std::f64::consts::FRAC_PI_2;
 use std::sync::Arc;
 
@@ -59,6 +60,43 @@ impl WheelPath {
     pub fn end(&self, parameters: &OdometryParameters) -> Pose2 {
         let end = self.arcs.iter().fold(Pose2::IDENTITY, |pose, [left, right]| parameters.advance(pose, *left, *right));
         end.compose(self.rest)
+    }
+
+    /// The same, and how it changes with the left and the right radius and the track: a column each of x, y and heading.
+    ///
+    /// An arc of length s that turns by θ goes (s sin θ/θ, s (1 − cos θ)/θ) ahead and to the left; the chain is differentiated as it
+    /// is followed.
+    pub(super) fn end_and_change(&self, parameters: &OdometryParameters) -> (Pose2, Matrix3<f64>) {
+        let OdometryParameters { left_wheel_radius, right_wheel_radius, track_width, .. } = *parameters;
+        let (mut pose, mut change) = (Pose2::IDENTITY, Matrix3::zeros());
+        let mut follow =
+            |pose: &mut Pose2, ahead: [f64; 2], by: [Vector3<f64>; 2], turn: f64, turn_by: Vector3<f64>| {
+                let (sin, cos) = pose.heading.sin_cos();
+                let turned: Vector3<f64> = change.row(2).transpose();
+                let x = by[0] * cos - by[1] * sin - turned * (sin * ahead[0] + cos * ahead[1]);
+                let y = by[0] * sin + by[1] * cos + turned * (cos * ahead[0] - sin * ahead[1]);
+                change += Matrix3::from_rows(&[x.transpose(), y.transpose(), turn_by.transpose()]);
+                *pose = pose.compose(Pose2::new(ahead[0], ahead[1], turn));
+            };
+        for &[left, right] in &self.arcs {
+            let (l, r) = (left * left_wheel_radius, right * right_wheel_radius);
+            let (s, turn) = (0.5 * (l + r), (r - l) / track_width);
+            let s_by = Vector3::new(0.5 * left, 0.5 * right, 0.0);
+            let turn_by = Vector3::new(-left, right, -turn) / track_width;
+            let (sin, cos) = turn.sin_cos();
+            let (a, b, a_by, b_by) = if turn.abs() < 1e-3 {
+                (1.0 - turn * turn / 6.0, turn / 2.0, -turn / 3.0, 0.5 - turn * turn / 8.0)
+            } else {
+                let (a, b) = (sin / turn, (1.0 - cos) / turn);
+                (a, b, (cos - a) / turn, (sin - b) / turn)
+            };
+            let by = [s_by * a + turn_by * (s * a_by), s_by * b + turn_by * (s * b_by)];
+            follow(&mut pose, [a * s, b * s], by, turn, turn_by);
+        }
+        let rest = self.rest;
+        let none = Vector3::zeros();
+        follow(&mut pose, [rest.x, rest.y], [none, none], rest.heading, none);
+        (pose, change)
     }
 
     /// Every pose on the way with the rotation that led to it.
