@@ -124,9 +124,11 @@ fn set_off(work: &mut Work) {
         let rolled: Vec<f64> = std::iter::once(0.0).chain(rolled).collect();
         let by_wheels = crossing(&counts.time, rolled.iter().copied(), step)?;
         let late = crossing(&log.time, gone, step)? - by_wheels;
-        // Wheels that are not as believed take longer, or shorter, for that step.
+        // Wheels that are not as believed take longer, or shorter, for that step, and rows come when they do.
         let taken = by_wheels - crossing(&counts.time, rolled.iter().copied(), 0.1 * step)?;
-        (late.abs() > CLOCKS + (FACTOR - 1.0) * taken).then_some((late, CLOCKS))
+        let interval = |time: &[f64]| median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+        let seldom = interval(&counts.time) + interval(&log.time);
+        (late.abs() > CLOCKS + (FACTOR - 1.0) * taken + seldom).then_some((late, CLOCKS))
     };
     let found = wrong(work, ClockOffset, is_wrong);
     for index in found {
