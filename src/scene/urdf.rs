@@ -50,11 +50,14 @@ pub(super) struct Assembly {
     lowest: Option<(String, f64)>,
 }
 
+/// What drawings round \[m\].
+const DRAWN: f64 = 1e-4;
+
 impl Assembly {
     /// Refuses a chassis that the robot would stand on: its shapes reach below the `ground` that its wheels stand on \[m\].
     pub(super) fn check_clear(&self, urdf: &Path, ground: f64) -> Result<(), SceneError> {
         match &self.lowest {
-            Some((link, height)) if *height < ground => {
+            Some((link, height)) if *height < ground - DRAWN => {
                 Err(SceneError::Grounded { urdf: urdf.to_owned(), link: link.clone(), depth: ground - height })
             }
             _ => Ok(()),
