@@ -42,10 +42,12 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let described = describe(urdf, &text, &named(urdf, &out)?, &name, &hints)?;
     output::write(&out, &described.text)?;
     let robot = Robot::load(&out.to_string_lossy())?;
-    for note in &described.notes {
+    let Description { wheels, casters, radius, track, mass, mut notes, .. } = described;
+    // The model says more, as it is: how far its tyres squash.
+    notes.extend(robot.notes.iter().filter(|note| !notes.contains(note)).cloned().collect::<Vec<_>>());
+    for note in notes {
         tell!("note: {note}");
     }
-    let Description { wheels, casters, radius, track, mass, .. } = described;
     sayln!(
         "{} describes {}: {wheels} driven wheels of {radius} m, track {track:.4} m, {}{mass:.3} kg",
         out.display(),

@@ -3,6 +3,7 @@
 //! The base frame is the URDF's root link: x forward, y left, z up. Wheel rotation is positive forward whatever the
 //! sign of the joint's axis.
 
+use super::GRAVITY;
 use super::error::SceneError;
 use super::residue::Residue;
 use super::shape::{Body, Placement};
@@ -306,6 +307,10 @@ impl Robot {
         };
         let ground = model.wheels.values().zip(&assembly.wheels).map(lowest).fold(f64::INFINITY, f64::min);
         assembly.check_clear(&urdf_source.file, ground)?;
+        let wheels_mass: f64 = assembly.wheels.iter().map(|wheel| wheel.body.mass).sum();
+        let load = (assembly.chassis.mass + wheels_mass) * GRAVITY / (wheels.len() + casters.len()) as f64;
+        let mut notes = assembly.notes.clone();
+        notes.extend(assembly.rubs(ground, load / model.tyre.vertical_stiffness));
 
         for (side, word) in [(Side::Left, "left"), (Side::Right, "right")] {
             if !model.wheels.values().any(|wheel| wheel.side == side) {
@@ -368,7 +373,7 @@ impl Robot {
             driver: model.driver,
             doubt: model.doubt,
             residues: Vec::new(),
-            notes: assembly.notes,
+            notes,
         })
     }
 

@@ -63,6 +63,16 @@ impl Assembly {
             _ => Ok(()),
         }
     }
+
+    /// What is near enough to the `ground` for the chassis to rub on it where tyres squash by `squash` \[m\].
+    pub(super) fn rubs(&self, ground: f64, squash: f64) -> Option<String> {
+        let (link, height) = self.lowest.as_ref().filter(|(_, height)| *height < ground + squash)?;
+        let (clear, squash) = (1e3 * (height - ground), 1e3 * squash);
+        Some(format!(
+            "link `{link}`: its collision shape clears the ground by {clear:.1} mm as drawn, and the tyres squash by \
+             {squash:.1} mm under the robot: it rubs"
+        ))
+    }
 }
 
 /// A parsed URDF whose links form a tree.

@@ -93,6 +93,14 @@ fn a_robot_as_makers_draw_it_stands_and_rolls() {
         let axle = wheel.base_from_wheel.rotation * wheel.axle;
         assert!((axle.y - 1.0).abs() < 1e-15 && axle.x.abs() < 1e-15 && axle.z.abs() < 1e-15, "{axle:?}");
     }
+    // Half a millimetre above the floor its body would rub: the tyres squash by 0.7 mm.
+    let low = DRAWN.replace(r#"<origin xyz="-0.03 0 0.06"/>"#, r#"<origin xyz="-0.03 0 0.0305"/>"#);
+    std::fs::write(at.join("low.urdf"), low).expect("it can be written");
+    let (_, stderr) = described(at, &["low.urdf"]);
+    assert!(
+        stderr.contains("link `base_link`: its collision shape clears the ground by 0.5 mm") && stderr.contains("rubs")
+    );
+    assert_eq!(stderr.matches("rubs").count(), 1, "{stderr}");
     // It stands on wheels and caster alone, rolls by its tyres' radius, goes straight, and turns as theory has it.
     let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
