@@ -24,7 +24,7 @@ pub use check::{Suspicion, SuspicionKind, check};
 pub use end_points::{CentreOfGravity, SquareErrors};
 pub use error::CalibrateError;
 pub use estimate::{Estimate, Parameter};
-pub use score::{Calibration, MethodOutcome, Score, calibrate};
+pub use score::{Calibration, MethodOutcome, Score, calibrate, calibrate_telling};
 pub use training::{Observation, Training, WheelPath};
 
 /// A way to find corrections.

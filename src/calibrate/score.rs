@@ -58,6 +58,16 @@ pub struct Calibration {
 
 /// Applies `methods` (empty: all) to `training`, and scores them on it and on `hold_out`; without one, on folds by run.
 pub fn calibrate(training: &Training, hold_out: Option<&Training>, methods: &[&'static Method]) -> Calibration {
+    calibrate_telling(training, hold_out, methods, &|| ())
+}
+
+/// The same, telling of each method when it is through.
+pub fn calibrate_telling(
+    training: &Training,
+    hold_out: Option<&Training>,
+    methods: &[&'static Method],
+    done: &(dyn Fn() + Sync),
+) -> Calibration {
     let methods: Vec<&'static Method> = if methods.is_empty() { METHODS.iter().collect() } else { methods.to_vec() };
     let ideal = maximum_likelihood::METHOD.estimate(training).ok().map(|best| {
         let truth = best.correction();
@@ -73,7 +83,7 @@ pub fn calibrate(training: &Training, hold_out: Option<&Training>, methods: &[&'
             };
             let folds = correction.and_then(|_| folds(method, training));
             let fold_score = folds.as_ref().map(|errors| Score::of(training, |index, _| errors[index]));
-            MethodOutcome {
+            let outcome = MethodOutcome {
                 method,
                 in_sample: correction.map(|correction| score(training, &correction)),
                 held_out: match hold_out {
@@ -90,7 +100,9 @@ pub fn calibrate(training: &Training, hold_out: Option<&Training>, methods: &[&'
                     ])
                 }),
                 estimate,
-            }
+            };
+            done();
+            outcome
         })
         .collect();
     let best = (0..outcomes.len()).filter(|&index| outcomes[index].selection.is_some()).min_by(|&one, &other| {

@@ -1,5 +1,6 @@
 //! `treadmark calibrate`: datasets → corrections, scored, and parameters to paste.
 
+use super::progress::progress_bar;
 use super::{options, output};
 use crate::calibrate::{self, Training};
 use crate::dataset::Dataset;
@@ -33,13 +34,17 @@ pub(super) struct Arguments {
 
 pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::expect_new(arguments.out.as_deref())?;
+    output::expect_new(arguments.ros2.as_deref())?;
     let methods = options::methods(&arguments.methods)?;
     let training = Training::new(&read(&arguments.datasets)?)?;
     let hold_out = match arguments.hold_out.as_slice() {
         [] => None,
         folders => Some(Training::new(&read(folders)?)?),
     };
-    let calibration = calibrate::calibrate(&training, hold_out.as_ref(), &methods);
+    let count = if methods.is_empty() { calibrate::METHODS.len() } else { methods.len() };
+    let bar = progress_bar(count, "methods");
+    let calibration = calibrate::calibrate_telling(&training, hold_out.as_ref(), &methods, &|| bar.inc(1));
+    bar.finish_and_clear();
     anyhow::ensure!(
         calibration.outcomes.iter().any(|outcome| outcome.estimate.is_ok()),
         "no method is applicable: {}",

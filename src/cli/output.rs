@@ -72,7 +72,7 @@ pub(super) fn expect_new(asked: Option<&Path>) -> anyhow::Result<()> {
 }
 
 fn exists_already(path: &Path) -> anyhow::Error {
-    anyhow::anyhow!("{}: exists already, and results are never overwritten; name a new folder", path.display())
+    anyhow::anyhow!("{}: exists already, and results are never overwritten; name another", path.display())
 }
 
 /// Makes the folder that was asked for, which must not exist yet; or a new numbered one under `recordings/`.

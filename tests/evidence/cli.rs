@@ -407,7 +407,7 @@ fn calibrate_takes_a_tape_measured_campaign() {
     assert!(yaml.contains("wheel_separation_multiplier:") && yaml.contains("Not fixed by the data: E_s against E_b"));
     let (code, _, stderr) = calibrate(&["--ros2", "controller.yaml"]);
     assert_eq!(code, Some(2), "an existing file is left alone");
-    assert!(stderr.contains("controller.yaml: cannot be made"), "{stderr}");
+    assert!(stderr.contains("controller.yaml: exists already"), "{stderr}");
     let (_, stdout, _) = calibrate(&["--method", "umbmark,exact_heading"]);
     assert!(stdout.contains("exact_heading") && !stdout.contains("jung2012"), "{stdout}");
 }
