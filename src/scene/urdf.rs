@@ -364,39 +364,44 @@ impl Tree {
                 rotation * local * rotation.transpose(),
             );
         }
-        let mut meshes = 0;
+        let placed = |origin: &urdf_rs::Pose, geometry: &Geometry, colour| {
+            let shape = shape(geometry)?;
+            Some(PlacedShape { shape, placement: body_from_link * placement(origin), colour })
+        };
+        let (mut meshes, drawn) = (0, body.visuals.len());
         for visual in &link.visual {
             let colour = visual.material.as_ref().and_then(|material| {
                 let named = self.robot.materials.iter().find(|other| other.name == material.name);
                 let colour = material.color.as_ref().or(named.and_then(|material| material.color.as_ref()));
                 colour.map(|colour| *colour.rgba)
             });
-            match shape(&visual.geometry) {
-                Some(shape) => body.visuals.push(PlacedShape {
-                    shape,
-                    placement: body_from_link * placement(&visual.origin),
-                    colour,
-                }),
+            match placed(&visual.origin, &visual.geometry, colour) {
+                Some(shape) => body.visuals.push(shape),
                 None => meshes += 1,
             }
         }
-        for collision in link.collision.iter().filter(|_| hits) {
-            match shape(&collision.geometry) {
-                Some(shape) => body.collisions.push(PlacedShape {
-                    shape,
-                    placement: body_from_link * placement(&collision.origin),
-                    colour: None,
-                }),
-                None => {
-                    notes.push(format!("link `{}`: a collision mesh is left out, it hits nothing there", link.name))
+        // What is drawn as meshes alone is shown as what it hits with.
+        let undrawn = meshes > 0 && body.visuals.len() == drawn;
+        for collision in &link.collision {
+            match placed(&collision.origin, &collision.geometry, None) {
+                Some(shape) => {
+                    if undrawn {
+                        body.visuals.push(shape.clone());
+                    }
+                    if hits {
+                        body.collisions.push(shape);
+                    }
                 }
+                None if hits => {
+                    notes.push(format!("link `{}`: a collision mesh is left out, it hits nothing there", link.name));
+                }
+                None => {}
             }
         }
         if meshes > 0 {
-            notes.push(format!(
-                "link `{}`: {meshes} visual mesh(es) are left out, recordings do not show them",
-                link.name
-            ));
+            let shown =
+                if undrawn && body.visuals.len() > drawn { "its collision shapes instead" } else { "nothing of them" };
+            notes.push(format!("link `{}`: {meshes} visual mesh(es) are left out, recordings show {shown}", link.name));
         }
         Ok(())
     }

@@ -93,6 +93,17 @@ fn a_robot_as_makers_draw_it_stands_and_rolls() {
         let axle = wheel.base_from_wheel.rotation * wheel.axle;
         assert!((axle.y - 1.0).abs() < 1e-15 && axle.x.abs() < 1e-15 && axle.z.abs() < 1e-15, "{axle:?}");
     }
+    // What is drawn as a mesh alone is shown as the shape that it hits with.
+    let meshed = DRAWN.replace(
+        r#"<collision><origin xyz="-0.03 0 0.06"/>"#,
+        r#"<visual><geometry><mesh filename="body.stl"/></geometry></visual><collision><origin xyz="-0.03 0 0.06"/>"#,
+    );
+    std::fs::write(at.join("meshed.urdf"), meshed).expect("it can be written");
+    let (_, stderr) = described(at, &["meshed.urdf"]);
+    assert!(stderr.contains("link `base_link`: 1 visual mesh(es) are left out, recordings show its collision shapes"));
+    let meshed = Robot::load(&at.join("meshed.toml").to_string_lossy()).expect("it loads");
+    assert_eq!(meshed.chassis.collisions, robot.chassis.collisions);
+    assert_eq!(meshed.chassis.visuals.len(), robot.chassis.visuals.len() + 1);
     // Half a millimetre above the floor its body would rub: the tyres squash by 0.7 mm.
     let low = DRAWN.replace(r#"<origin xyz="-0.03 0 0.06"/>"#, r#"<origin xyz="-0.03 0 0.0305"/>"#);
     std::fs::write(at.join("low.urdf"), low).expect("it can be written");
