@@ -66,6 +66,8 @@ impl Plan {
 /// What an experiment came to.
 #[derive(Debug, Clone)]
 pub struct Experiment {
+    /// Name of the robot that drove.
+    pub robot: String,
     /// Uncalibrated.
     pub before: Stage,
     /// Each method on each side's end points.
@@ -146,6 +148,7 @@ pub fn squares(
     watch: &dyn Watch,
     stop: &AtomicBool,
 ) -> Result<Experiment, ExperimentError> {
+    let robot = scene.robot.name.clone();
     let drive = |stages: Vec<(String, Scene)>, protocols: &[Protocol]| -> Result<Vec<Stage>, ExperimentError> {
         let (runs, failure) = drive_all(&stages, &plan.tasks(protocols), plan.seed, watch, stop);
         let collected = stages.iter().zip(runs).map(|((name, scene), runs)| collect(name, scene, runs));
@@ -159,7 +162,7 @@ pub fn squares(
     let with_straight = [&squares[..], &[plan.straight()]].concat();
     let before = drive(vec![(Experiment::BEFORE.to_owned(), scene.clone())], &with_straight)?.remove(0);
     if stop.load(Ordering::Relaxed) {
-        return Ok(Experiment { before, methods: Vec::new(), not_applicable: Vec::new(), complete: false });
+        return Ok(Experiment { robot, before, methods: Vec::new(), not_applicable: Vec::new(), complete: false });
     }
 
     let training = Training::new(std::slice::from_ref(&before.dataset))?;
@@ -194,5 +197,5 @@ pub fn squares(
             after,
         })
         .collect();
-    Ok(Experiment { before, methods, not_applicable, complete: !stop.load(Ordering::Relaxed) })
+    Ok(Experiment { robot, before, methods, not_applicable, complete: !stop.load(Ordering::Relaxed) })
 }

@@ -77,9 +77,14 @@ pub(super) fn experiment_grids(experiment: &Experiment, shown: impl Fn(&Stage) -
         0 => grid.noted(note),
         left_out => grid.noted(format!("{note}; `--json` prints the {left_out} calibrations on other squares as well")),
     });
-    grids.push(paper());
+    if experiment.robot == PAPERS_ROBOT {
+        grids.push(paper());
+    }
     grids
 }
+
+/// The model of the robot that the paper measured: its table is nothing to compare another robot with.
+const PAPERS_ROBOT: &str = "jnpf_4wd";
 
 /// Table I of Bei, Ping & Gao: r_cg CW, r_cg CCW and E_max,syst as printed \[m\].
 const TABLE_I: [(&str, f64, f64, f64); 3] = [
