@@ -49,7 +49,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<()> {
     output::report(&folder, &page::experiment::page(title, &result, output::provenance(Some(plan.seed), &[])?))?;
 
     if arguments.scene.json {
-        sayln!("{}", serde_json::to_string_pretty(&ExperimentJson::new(&scene.robot.name, plan.seed, &result))?)?;
+        sayln!("{}", serde_json::to_string_pretty(&ExperimentJson::new(plan.seed, &result))?)?;
     } else {
         let (answer, beside) = page::experiment::answer(&result);
         sayln!("{answer}")?;

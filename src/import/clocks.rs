@@ -39,8 +39,7 @@ fn lag(wheels: &[Row<Vec<f64>>], poses: &[Row<Pose2>]) -> Option<Nanoseconds> {
     let alike = |shift: Nanoseconds| {
         // Step k of the wheels beside the step of the poses that was stamped `shift` later.
         let beside = |k: usize| poses.steps.get(usize::try_from(k as i64 + shift - offset).ok()?).copied().flatten();
-        let pairs = || wheels.steps.iter().enumerate().filter_map(|(k, step)| Some(((*step)?, beside(k)?)));
-        (2 * pairs().count() > shorter).then(|| correlation(pairs)).flatten()
+        correlation(wheels.steps.iter().enumerate().filter_map(|(k, step)| Some(((*step)?, beside(k)?))), shorter / 2)
     };
     let found: Vec<(Nanoseconds, f64)> =
         (-reach..=reach).filter_map(|shift| Some((shift * GRID, alike(shift)?))).collect();
@@ -51,19 +50,17 @@ fn lag(wheels: &[Row<Vec<f64>>], poses: &[Row<Pose2>]) -> Option<Nanoseconds> {
     (best > ALIKE && best > next + CLEARLY).then_some(lag)
 }
 
-/// Pearson's, `None` where either does not vary.
-fn correlation<I: Iterator<Item = (f64, f64)>>(pairs: impl Fn() -> I) -> Option<f64> {
-    let (mut n, mut a, mut b) = (0.0, 0.0, 0.0);
-    for (one, other) in pairs() {
-        (n, a, b) = (n + 1.0, a + one, b + other);
-    }
-    let (mean_a, mean_b) = (a / n, b / n);
-    let (mut aa, mut ab, mut bb) = (0.0, 0.0, 0.0);
-    for (one, other) in pairs() {
-        let (one, other) = (one - mean_a, other - mean_b);
+/// Pearson's, of numbers from 0 to 1; `None` of no more than `few` pairs, or where either does not vary.
+fn correlation(pairs: impl Iterator<Item = (f64, f64)>, few: usize) -> Option<f64> {
+    let (mut n, mut a, mut b, mut aa, mut ab, mut bb) = (0, 0.0, 0.0, 0.0, 0.0, 0.0);
+    for (one, other) in pairs {
+        n += 1;
+        (a, b) = (a + one, b + other);
         (aa, ab, bb) = (aa + one * one, ab + one * other, bb + other * other);
     }
-    (aa > 0.0 && bb > 0.0).then(|| ab / (aa * bb).sqrt())
+    let count = n as f64;
+    let (aa, ab, bb) = (aa - a * a / count, ab - a * b / count, bb - b * b / count);
+    (n > few && aa > 0.0 && bb > 0.0).then(|| ab / (aa * bb).sqrt())
 }
 
 /// How much something moves in each step of the grid, from 0 at rest towards 1.

@@ -427,10 +427,10 @@ fn tell(found: &Found, options: &Options, findings: &mut Vec<Finding>) {
 /// Runs that turned the other way round by their wheels than by their poses, if most did that turned at all.
 fn turns_disagree(runs: &[Found], odometry: &OdometryParameters) -> Option<Finding> {
     let turns = runs.iter().filter_map(|Found { run, .. }| {
-        let [left, right] = *sides(run, odometry)?.last()?;
-        let [first_left, first_right] = *sides(run, odometry)?.first()?;
-        let by_wheels = (odometry.right_wheel_radius * (right - first_right)
-            - odometry.left_wheel_radius * (left - first_left))
+        let log = run.encoders.as_ref()?;
+        let ([left, right], [last_left, last_right]) = (log.sides(0, odometry), log.sides(log.len() - 1, odometry));
+        let by_wheels = (odometry.right_wheel_radius * (last_right - right)
+            - odometry.left_wheel_radius * (last_left - left))
             / odometry.track_width;
         let by_poses = run.poses.as_ref()?.poses.last()?.heading?;
         // No track is believed so wrongly that a quarter of a turn is nothing.

@@ -425,8 +425,8 @@ impl From<&OdometryCorrection> for EstimateJson {
 }
 
 impl ExperimentJson {
-    /// The JSON of `experiment` driven by `robot` with `seed`.
-    pub fn new(robot: &str, seed: u64, experiment: &Experiment) -> Self {
+    /// The JSON of `experiment` driven with `seed`.
+    pub fn new(seed: u64, experiment: &Experiment) -> Self {
         let sides = |stage: &Stage| stage.sides.iter().map(SideJson::from).collect();
         let method = |result: &MethodResult| MethodJson {
             method: result.method,
@@ -436,7 +436,7 @@ impl ExperimentJson {
             improvement: result.improvement(&experiment.before),
         };
         ExperimentJson {
-            robot: robot.to_owned(),
+            robot: experiment.robot.clone(),
             seed,
             before: sides(&experiment.before),
             methods: experiment.methods.iter().map(method).collect(),

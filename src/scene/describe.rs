@@ -129,7 +129,7 @@ pub fn describe(file: &Path, text: &str, named: &str, name: &str, hints: &Hints)
         ));
     }
     notes.extend(assembly.notes);
-    let text = model_file(&Named { urdf: named, name }, &wheels, &casters, &robot, hints);
+    let text = model_file(named, name, &wheels, &casters, &robot, hints);
     Ok(Description {
         text,
         wheels: wheels.len(),
@@ -213,7 +213,7 @@ impl Whole {
             of.iter().sum::<f64>() / of.len() as f64
         };
         let x = || wheels.iter().map(|wheel| wheel.at[0]);
-        let mass = assembly.chassis.mass + assembly.wheels.iter().map(|wheel| wheel.body.mass).sum::<f64>();
+        let mass = assembly.mass();
         let moment = assembly.chassis.mass * assembly.chassis.centre_of_mass.x
             + assembly.wheels.iter().zip(wheels).map(|(mounted, wheel)| mounted.body.mass * wheel.at[0]).sum::<f64>();
         Whole {
@@ -223,12 +223,6 @@ impl Whole {
             wheelbase: x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min),
         }
     }
-}
-
-/// What things are called.
-struct Named<'a> {
-    urdf: &'a str,
-    name: &'a str,
 }
 
 /// Two digits: an assumption has no more.
@@ -243,7 +237,8 @@ fn stated(value: f64) -> f64 {
     (value * 1e6).round() / 1e6
 }
 
-fn model_file(named: &Named<'_>, wheels: &[Wheel], casters: &[Ball], robot: &Whole, hints: &Hints) -> String {
+/// The text: the URDF's name and the robot's, its parts, what they come to, and what is known besides.
+fn model_file(urdf: &str, name: &str, wheels: &[Wheel], casters: &[Ball], robot: &Whole, hints: &Hints) -> String {
     let quoted = |text: &str| toml::Value::from(text).to_string();
     let radius = wheels[0].radius;
     let load = robot.mass * GRAVITY / (wheels.len() + casters.len()) as f64;
@@ -254,8 +249,8 @@ fn model_file(named: &Named<'_>, wheels: &[Wheel], casters: &[Ball], robot: &Who
         let _ = writeln!(file, "{words}");
     };
     line("format = \"treadmark-robot/1\"".to_owned());
-    line(format!("name = {}", quoted(named.name)));
-    line(format!("urdf = {}", quoted(named.urdf)));
+    line(format!("name = {}", quoted(name)));
+    line(format!("urdf = {}", quoted(urdf)));
     line(String::new());
     line("# Masses, inertias, joints, radii and widths are the URDF's; whatever is marked ASSUMED is not, and waits for a ruler, a".into());
     line("# scale, a data sheet or a look into the controller's settings. A diagnosis trusts all of it but what [doubt] says.".into());

@@ -307,10 +307,8 @@ impl Robot {
         };
         let ground = model.wheels.values().zip(&assembly.wheels).map(lowest).fold(f64::INFINITY, f64::min);
         assembly.check_clear(&urdf_source.file, ground)?;
-        let wheels_mass: f64 = assembly.wheels.iter().map(|wheel| wheel.body.mass).sum();
-        let load = (assembly.chassis.mass + wheels_mass) * GRAVITY / (wheels.len() + casters.len()) as f64;
-        let mut notes = assembly.notes.clone();
-        notes.extend(assembly.rubs(ground, load / model.tyre.vertical_stiffness));
+        let load = assembly.mass() * GRAVITY / (wheels.len() + casters.len()) as f64;
+        let rubs = assembly.rubs(ground, load / model.tyre.vertical_stiffness);
 
         for (side, word) in [(Side::Left, "left"), (Side::Right, "right")] {
             if !model.wheels.values().any(|wheel| wheel.side == side) {
@@ -373,7 +371,7 @@ impl Robot {
             driver: model.driver,
             doubt: model.doubt,
             residues: Vec::new(),
-            notes,
+            notes: assembly.notes.into_iter().chain(rubs).collect(),
         })
     }
 

@@ -54,6 +54,11 @@ pub(super) struct Assembly {
 const DRAWN: f64 = 1e-4;
 
 impl Assembly {
+    /// Of chassis and wheels \[kg\].
+    pub(super) fn mass(&self) -> f64 {
+        self.chassis.mass + self.wheels.iter().map(|wheel| wheel.body.mass).sum::<f64>()
+    }
+
     /// Refuses a chassis that the robot would stand on: its shapes reach below the `ground` that its wheels stand on \[m\].
     pub(super) fn check_clear(&self, urdf: &Path, ground: f64) -> Result<(), SceneError> {
         match &self.lowest {
@@ -206,8 +211,7 @@ impl Tree {
         let called = |name: &str| words.iter().any(|word| name.to_lowercase().contains(word));
         let has_child =
             |name: &str| self.robot.joints.iter().any(|joint| joint.parent.link == name && called(&joint.child.link));
-        let links = self.robot.links.iter().map(|link| link.name.clone());
-        links.filter(|name| called(name) && !has_child(name)).collect()
+        self.links().into_iter().filter(|name| called(name) && !has_child(name)).collect()
     }
 
     pub(super) fn joints(&self) -> Vec<String> {
@@ -232,7 +236,7 @@ impl Tree {
                         model: self.file.clone(),
                         urdf: self.file.clone(),
                         link: end.clone(),
-                        links: self.robot.links.iter().map(|link| link.name.clone()).collect(),
+                        links: self.links(),
                     });
                 }
             }
@@ -283,7 +287,7 @@ impl Tree {
                 urdf: self.file.clone(),
                 wheel: name.to_owned(),
                 joint: wheel.joint.clone(),
-                joints: self.robot.joints.iter().map(|joint| joint.name.clone()).collect(),
+                joints: self.joints(),
             });
         };
         let fails = |problem| {

@@ -73,8 +73,7 @@ fn units(work: &mut Work) {
 
 /// Poses in the room: seen from their first row they end where the run did, as noted they do not.
 fn room_frame(work: &mut Work) {
-    let survey = &work.data.campaign.survey;
-    let std = [survey.position_std.unwrap_or(READING[0]), survey.heading_std.unwrap_or(READING[1])];
+    let std = [position_std(work), work.data.campaign.survey.heading_std.unwrap_or(READING[1])];
     let is_wrong = |_: &Work, run: &Run, log: &PoseLog| {
         let length = stated_length(&run.protocol).unwrap_or(1.0);
         // Where nobody surveyed the end, it is somewhere about the protocol's.
@@ -100,42 +99,39 @@ fn room_frame(work: &mut Work) {
 
 /// Poses that set off with the wheels by one clock and not by the other.
 fn set_off(work: &mut Work) {
-    let step = step(work);
-    let is_wrong = |work: &Work, run: &Run, log: &PoseLog| {
-        let counts = run.log()?;
-        // On the spot it goes nowhere, and a path may begin there.
-        if matches!(run.protocol, Protocol::Spin { .. } | Protocol::Path) {
-            return None;
-        }
-        // A tracker that begins later and does not end later has not seen it set off.
-        if log.time[0] > counts.time[0] + CLOCKS && log.time.last()? <= &(counts.time.last()? + CLOCKS) {
-            return None;
-        }
-        // Clocks that hardly overlap are told already.
-        if work.found.iter().any(|found| found.kind == ClocksApart && found.runs.contains(&run.name)) {
-            return None;
-        }
-        let first = log.poses.first()?;
-        let gone = log.poses.iter().map(|pose| (pose.x - first.x).hypot(pose.y - first.y));
-        let rolled = work.arcs_of_rows(run)?.into_iter().scan(0.0, |way, [left, right]| {
-            *way += 0.5 * (left + right);
-            Some(f64::abs(*way))
-        });
-        let rolled: Vec<f64> = std::iter::once(0.0).chain(rolled).collect();
-        let by_wheels = crossing(&counts.time, rolled.iter().copied(), step)?;
-        let late = crossing(&log.time, gone, step)? - by_wheels;
-        // Wheels that are not as believed take longer, or shorter, for that step, and rows come when they do.
-        let taken = by_wheels - crossing(&counts.time, rolled.iter().copied(), 0.1 * step)?;
-        let interval = |time: &[f64]| median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
-        let seldom = interval(&counts.time) + interval(&log.time);
-        (late.abs() > CLOCKS + (FACTOR - 1.0) * taken + seldom).then_some((late, CLOCKS))
-    };
-    let found = wrong(work, ClockOffset, is_wrong);
-    for index in found {
+    for index in wrong(work, ClockOffset, |work, run, log| Some((late(work, run, log)?, CLOCKS))) {
         let run = &work.data.runs[index];
-        let Some((late, _)) = run.poses.as_ref().and_then(|log| is_wrong(work, run, log)) else { continue };
+        let Some(late) = run.poses.as_ref().and_then(|log| late(work, run, log)) else { continue };
         mend(work, |other| other == index, |log| log.time.iter_mut().for_each(|time| *time -= late));
     }
+}
+
+/// By how much later poses set off than wheels do, where that is more than clocks disagree by \[s\].
+fn late(work: &Work, run: &Run, log: &PoseLog) -> Option<f64> {
+    let (counts, step) = (run.log()?, step(work));
+    // On the spot it goes nowhere, and a path may begin there.
+    if matches!(run.protocol, Protocol::Spin { .. } | Protocol::Path) {
+        return None;
+    }
+    // A tracker that begins later and does not end later has not seen it set off.
+    if log.time[0] > counts.time[0] + CLOCKS && log.time.last()? <= &(counts.time.last()? + CLOCKS) {
+        return None;
+    }
+    // Clocks that hardly overlap are told already.
+    if work.found.iter().any(|found| found.kind == ClocksApart && found.runs.contains(&run.name)) {
+        return None;
+    }
+    let first = log.poses.first()?;
+    let gone = log.poses.iter().map(|pose| (pose.x - first.x).hypot(pose.y - first.y));
+    let rolled = |row| work.arc(run, 0, row).map(|[left, right]| (0.5 * (left + right)).abs());
+    let rolled: Vec<f64> = (0..counts.len()).map(rolled).collect::<Option<_>>()?;
+    let by_wheels = |level| crossing(&counts.time, rolled.iter().copied(), level);
+    let late = crossing(&log.time, gone, step)? - by_wheels(step)?;
+    // Wheels that are not as believed take longer, or shorter, for that step, and rows come when they do.
+    let taken = by_wheels(step)? - by_wheels(0.1 * step)?;
+    let interval = |time: &[f64]| median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
+    let seldom = interval(&counts.time) + interval(&log.time);
+    (late.abs() > CLOCKS + (FACTOR - 1.0) * taken + seldom).then_some(late)
 }
 
 /// When `values` first get to `level`, on the straight line from the row before.
@@ -154,7 +150,7 @@ fn crossing(time: &[f64], values: impl Iterator<Item = f64>, level: f64) -> Opti
 /// Poses that begin with the run and elsewhere, by more than noise and what a robot that is on its way goes while clocks disagree;
 /// or that begin later, as if the robot had not gone anywhere by then.
 fn start(work: &mut Work) {
-    let std = work.data.campaign.survey.position_std.unwrap_or(READING[0]);
+    let std = position_std(work);
     let is_wrong = |work: &Work, run: &Run, log: &PoseLog| {
         let first = log.poses.first()?;
         let off = first.x.hypot(first.y);
@@ -189,7 +185,7 @@ fn start(work: &mut Work) {
 /// Poses that leap from one row to the next, by ten times what all but one in fifty do: a tracker that took something else for
 /// the robot.
 fn jumps(work: &mut Work) {
-    let std = work.data.campaign.survey.position_std.unwrap_or(READING[0]);
+    let std = position_std(work);
     let is_wrong = |_: &Work, _: &Run, log: &PoseLog| {
         let steps = || log.poses.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y));
         let intervals = || log.time.windows(2).map(|pair| pair[1] - pair[0]);
@@ -293,9 +289,14 @@ pub(super) fn along_wheels(work: &Work, runs: &[usize]) -> Option<[f64; 2]> {
     (way > 10.0 * step).then_some([along, way])
 }
 
+/// Of one reading, stated or taken for it \[m\].
+fn position_std(work: &Work) -> f64 {
+    work.data.campaign.survey.position_std.unwrap_or(READING[0])
+}
+
 /// By how much a point moves until it has surely moved \[m\].
 fn step(work: &Work) -> f64 {
-    STEP.max(SURELY * work.data.campaign.survey.position_std.unwrap_or(READING[0]))
+    STEP.max(SURELY * position_std(work))
 }
 
 /// The turn that a run made \[rad\], as surveyed or else as its protocol has it.
