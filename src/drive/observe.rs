@@ -27,4 +27,6 @@ pub struct Snapshot<'a> {
     pub odometry: Pose2,
     /// The wheels, in the order of [`crate::scene::Robot::wheels`].
     pub wheels: &'a [WheelSnapshot],
+    /// room_from_fork of the casters that swivel, x ahead, in the order of [`crate::scene::Robot::casters`].
+    pub forks: &'a [Placement],
 }

@@ -102,6 +102,7 @@ pub fn run(
     let (survey, duration) = (going.world.scene().survey, going.driver.planned_duration());
     let mut surveyor = Surveyor::new(survey, stream(seed, &task.name, "survey"), duration);
     let mut snapshots = Vec::with_capacity(scene.robot.wheels.len());
+    let mut forks = Vec::with_capacity(scene.robot.casters.len());
     let mut watching = Duration::ZERO;
     let start = going.world.pose();
     let began = Instant::now();
@@ -113,12 +114,14 @@ pub fn run(
             if let Some(observer) = observer.as_deref_mut() {
                 let began = Instant::now();
                 going.world.wheel_snapshots(&mut snapshots);
+                going.world.forks(&mut forks);
                 observer.observe(&Snapshot {
                     time,
                     base: going.world.base(),
                     truth: start.relative(going.world.pose()),
                     odometry: going.driver.believed(),
                     wheels: &snapshots,
+                    forks: &forks,
                 });
                 watching += began.elapsed();
             }

@@ -15,7 +15,7 @@
 //!
 //! | below it | what | rate |
 //! |---|---|---|
-//! | `chassis`, `wheels/{wheel}` | room_from_body, with a `shape` below | 25 Hz |
+//! | `chassis`, `wheels/{wheel}`, `casters/{link}` that swivel | room_from_body, with a `shape` below | 25 Hz |
 //! | `believed` | where the robot believes it is, with a wire `frame` below | 25 Hz |
 //! | `path/true_so_far`, `path/dead_reckoned_so_far` | growing paths \[m\] | 5 Hz |
 //! | `patches/{wheel}` | room_from_patch, x along, y across | 10 Hz |

@@ -185,7 +185,7 @@ struct Full {
     body_times: Vec<i64>,
     patch_times: Vec<i64>,
     trail_times: Vec<i64>,
-    /// Chassis, belief, then the wheels.
+    /// Chassis, belief, the wheels, then forks of casters.
     bodies: Vec<BodyTrack>,
     wheel_series: [WheelSeries; 8],
     heading_error: Series,
@@ -258,6 +258,8 @@ impl Full {
         let named = |name: &str| Series { path: series.child(name), values: Vec::new() };
         let track = |path: Path| BodyTrack { path, translations: Vec::new(), rotations: Vec::new() };
         let wheels = robot.wheels.iter().map(|wheel| track(root.child("wheels").child(&wheel.name)));
+        let swivels = robot.casters.iter().filter(|caster| caster.swivel.is_some());
+        let forks = swivels.map(|caster| track(root.child("casters").child(&caster.link)));
         let patches = robot.wheels.iter().map(|wheel| {
             let patch = root.child("patches").child(&wheel.name);
             PatchTrack {
@@ -281,7 +283,11 @@ impl Full {
             body_times: Vec::new(),
             patch_times: Vec::new(),
             trail_times: Vec::new(),
-            bodies: [track(root.child("chassis")), track(root.child("believed"))].into_iter().chain(wheels).collect(),
+            bodies: [track(root.child("chassis")), track(root.child("believed"))]
+                .into_iter()
+                .chain(wheels)
+                .chain(forks)
+                .collect(),
             wheel_series: WHEEL_QUANTITIES.map(|(path, name, unit, of)| WheelSeries {
                 series: named(path),
                 name,
@@ -326,6 +332,12 @@ impl Full {
                 let place = Placement::from_parts(Translation3::identity(), along_axle);
                 mesh.wheel(&place, wheel.tyre.free_radius, wheel.tyre.width, TYRE, mark);
             }
+            stream.fixed(track.path.child("shape"), &mesh.into_rerun());
+        }
+        let swivels = robot.casters.iter().filter_map(|caster| caster.swivel.as_ref());
+        for (swivel, track) in swivels.zip(&self.bodies[2 + robot.wheels.len()..]) {
+            let mut mesh = Mesh::default();
+            swivel.visuals.iter().for_each(|visual| mesh.shape(visual, own(visual.colour, look::CHASSIS)));
             stream.fixed(track.path.child("shape"), &mesh.into_rerun());
         }
         let (centre, half) = bounds(robot);
@@ -386,8 +398,8 @@ impl Full {
             let upright = UnitQuaternion::from_euler_angles(0.0, 0.0, believed.heading);
             let believed = Placement::from_parts(Translation3::new(believed.x, believed.y, standing), upright);
             let wheels = snapshot.wheels.iter().map(|wheel| &wheel.placement);
-            for (track, placement) in self.bodies.iter_mut().zip([&snapshot.base, &believed].into_iter().chain(wheels))
-            {
+            let placements = [&snapshot.base, &believed].into_iter().chain(wheels).chain(snapshot.forks);
+            for (track, placement) in self.bodies.iter_mut().zip(placements) {
                 track.push(placement);
             }
         }

@@ -110,7 +110,7 @@ fn drive(robot: &Robot, recorder: &mut RunRecorder) {
             })
             .collect();
         let (truth, odometry) = (Pose2::new(x, 0.0, 0.0), Pose2::new(0.99 * x, 0.0, 0.0));
-        recorder.observe(&Snapshot { time, base, truth, odometry, wheels: &wheels });
+        recorder.observe(&Snapshot { time, base, truth, odometry, wheels: &wheels, forks: &[] });
     }
 }
 

@@ -98,7 +98,7 @@ pub fn describe(file: &Path, text: &str, named: &str, name: &str, hints: &Hints)
         let at = tree.link_origin(file, &link)?;
         let radius = at.z - ground;
         if radius > 1e-3 {
-            casters.push(Ball { link, x: at.x, radius });
+            casters.push(Ball { swivel: tree.swivel_of(&link), link, x: at.x, radius });
         } else {
             notes.push(format!(
                 "link `{link}` lies {:.3} m below the ground that the wheels stand on: no caster",
@@ -111,8 +111,8 @@ pub fn describe(file: &Path, text: &str, named: &str, name: &str, hints: &Hints)
         .iter()
         .map(|wheel| (wheel.name.clone(), WheelJoint { joint: wheel.joint.clone(), side: wheel.side }))
         .collect();
-    let on_balls: Vec<&str> = casters.iter().map(|caster| caster.link.as_str()).collect();
-    let assembly = tree.assemble(file, &mounted, &on_balls)?;
+    let on_casters: Vec<_> = casters.iter().map(|caster| (caster.link.clone(), caster.swivel.clone())).collect();
+    let assembly = tree.assemble(file, &mounted, &on_casters)?;
     let robot = Whole::of(&wheels, &assembly);
     let stands_on: Vec<f64> =
         wheels.iter().map(|wheel| wheel.at[0]).chain(casters.iter().map(|caster| caster.x)).collect();
@@ -163,9 +163,11 @@ impl Wheel {
     }
 }
 
-/// A caster: the ball about a link's origin that touches the ground.
+/// A caster: the ball or wheel about a link's origin that touches the ground.
 struct Ball {
     link: String,
+    /// The joint that it swivels about.
+    swivel: Option<String>,
     x: f64,
     radius: f64,
 }
@@ -279,6 +281,9 @@ fn model_file(urdf: &str, name: &str, wheels: &[Wheel], casters: &[Ball], robot:
         let stiffness = load / CASTER_SQUASH;
         line("\n[[casters]]".to_owned());
         line(format!("link = {}", quoted(&caster.link)));
+        if let Some(joint) = &caster.swivel {
+            line(format!("swivel = {}    # the joint that it turns about, its wheel trailing", quoted(joint)));
+        }
         line(format!("radius_m = {:?}    # from its link's origin to the ground", stated(caster.radius)));
         line(format!("vertical_stiffness_n_m = {:?}    # ASSUMED: hard", about(stiffness)));
         line(format!("vertical_damping_n_s_m = {:?}    # ASSUMED", about(damping(stiffness))));

@@ -115,6 +115,18 @@ pub enum SceneError {
         /// Why not.
         problem: WheelProblem,
     },
+    /// A joint that cannot be a caster's.
+    #[error("{}: joint `{joint}` of caster `{link}` {problem}", urdf.display())]
+    NotASwivel {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The caster's link.
+        link: String,
+        /// The joint.
+        joint: String,
+        /// Why not.
+        problem: SwivelProblem,
+    },
     /// A link without a usable mass or inertia.
     #[error("{}: link `{link}`: {quantity} is {value}; {allowed}", urdf.display())]
     Inertia {
@@ -182,6 +194,35 @@ pub enum SceneError {
     NoGround {
         /// The world file.
         file: PathBuf,
+    },
+}
+
+/// Why a caster cannot swivel about a joint.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum SwivelProblem {
+    /// Its link is not below it.
+    #[error("does not carry it; the joints between it and the chassis are: {}", if above.is_empty() { "none".to_owned() } else { above.join(", ") })]
+    NotAbove {
+        /// The joints that do.
+        above: Vec<String>,
+    },
+    /// It does not turn.
+    #[error("is {kind}; a caster swivels about a joint that is continuous or revolute")]
+    DoesNotTurn {
+        /// The joint's type.
+        kind: String,
+    },
+    /// Its axis does not stand upright.
+    #[error("turns about ({0:.3}, {1:.3}, {2:.3}) in the base frame; a caster swivels about the vertical, z, within a degree")]
+    NotUpright(f64, f64, f64),
+    /// Its wheel does not trail.
+    #[error("passes its wheel's centre at {:.1} mm; a wheel that swivels trails by {:.0} mm or more, one that does not is a ball: leave `swivel` out", 1e3 * trail, 1e3 * least)]
+    NoTrail {
+        /// \[m\]
+        trail: f64,
+        /// The least that will do \[m\].
+        least: f64,
     },
 }
 

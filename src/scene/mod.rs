@@ -22,7 +22,7 @@ pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
 pub use error::SceneError;
 pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape, SpottedFloor};
 pub use residue::{NoiseModel, Residue};
-pub use robot::{Caster, Doubt, DriverSettings, Drivetrain, Encoder, Robot, Side, Wheel};
+pub use robot::{Caster, Doubt, DriverSettings, Drivetrain, Encoder, Robot, Side, Swivel, Wheel};
 pub use shape::{Body, PlacedShape, Placement, Shape};
 pub use shipped::{ROBOTS, WORLDS};
 pub use survey::{Scatter, Survey};

@@ -6,12 +6,12 @@
 use super::GRAVITY;
 use super::error::SceneError;
 use super::residue::Residue;
-use super::shape::{Body, Placement};
+use super::shape::{Body, PlacedShape, Placement};
 use super::tyre::Tyre;
 use super::{shipped, urdf};
 use crate::odometry::OdometryParameters;
 use crate::strict::{non_negative, optional_non_negative, optional_positive, positive, share};
-use nalgebra::{Point3, UnitVector3};
+use nalgebra::{Point3, UnitVector3, Vector3};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -150,13 +150,15 @@ impl Wheel {
     }
 }
 
-/// An unpowered support: a ball caster, a point that presses on the floor and drags.
+/// An unpowered support: a ball, a point that presses on the floor and drags; or a wheel that trails behind a pivot.
 #[derive(Debug, Clone)]
 pub struct Caster {
     /// Its link.
     pub link: String,
-    /// Centre of its ball in the base frame.
+    /// Centre of its ball in the base frame; of its wheel, where it trails straight behind.
     pub centre: Point3<f64>,
+    /// What makes it a wheel that swivels; `None`: a ball.
+    pub swivel: Option<Swivel>,
     /// \[m\]
     pub radius: f64,
     /// \[N/m\]
@@ -165,6 +167,23 @@ pub struct Caster {
     pub vertical_damping: f64,
     /// Drag force over load \[–\].
     pub drag_coefficient: f64,
+}
+
+/// A fork that turns about a vertical axis and holds a wheel behind it.
+#[derive(Debug, Clone)]
+pub struct Swivel {
+    /// From the axis back to the wheel's centre \[m\].
+    pub trail: f64,
+    /// What turns with it, from the axis at the height of the wheel's centre, x ahead.
+    pub visuals: Vec<PlacedShape>,
+}
+
+impl Caster {
+    /// The point on its axis at the height of its wheel's centre, in the base frame; a ball's centre.
+    pub fn pivot(&self) -> Point3<f64> {
+        let trail = self.swivel.as_ref().map_or(0.0, |swivel| swivel.trail);
+        self.centre + Vector3::x() * trail
+    }
 }
 
 /// Motor, gear and speed loop of one wheel; torques and speeds at the wheel unless said otherwise.
@@ -300,7 +319,8 @@ impl Robot {
             .map(|(name, wheel)| (name.clone(), urdf::WheelJoint { joint: wheel.joint.clone(), side: wheel.side }))
             .collect();
         let tree = urdf::Tree::parse(&urdf_source.file, &urdf_source.text)?;
-        let casters: Vec<&str> = model.casters.iter().map(|caster| caster.link.as_str()).collect();
+        let named = |caster: &CasterTable| (caster.link.clone(), caster.swivel.clone());
+        let casters: Vec<(String, Option<String>)> = model.casters.iter().map(named).collect();
         let assembly = tree.assemble(&source.file, &wheels, &casters)?;
         let lowest = |(wheel, mounted): (&WheelTable, &urdf::MountedWheel)| {
             mounted.base_from_wheel.translation.z - wheel.free_radius
@@ -342,17 +362,17 @@ impl Robot {
         let casters = model
             .casters
             .into_iter()
-            .map(|caster| {
-                Ok(Caster {
-                    centre: tree.link_origin(&source.file, &caster.link)?,
-                    link: caster.link,
-                    radius: caster.radius,
-                    vertical_stiffness: caster.vertical_stiffness,
-                    vertical_damping: caster.vertical_damping,
-                    drag_coefficient: caster.drag_coefficient,
-                })
+            .zip(assembly.casters)
+            .map(|(caster, mounted)| Caster {
+                link: caster.link,
+                centre: mounted.centre,
+                swivel: mounted.swivel,
+                radius: caster.radius,
+                vertical_stiffness: caster.vertical_stiffness,
+                vertical_damping: caster.vertical_damping,
+                drag_coefficient: caster.drag_coefficient,
             })
-            .collect::<Result<Vec<_>, SceneError>>()?;
+            .collect();
         Ok(Robot {
             name: model.name,
             file: source.file,
@@ -482,6 +502,7 @@ struct WheelTable {
 #[serde(deny_unknown_fields)]
 struct CasterTable {
     link: String,
+    swivel: Option<String>,
     #[serde(rename = "radius_m", deserialize_with = "positive")]
     radius: f64,
     #[serde(rename = "vertical_stiffness_n_m", deserialize_with = "positive")]

@@ -4,8 +4,8 @@
 //! could move is held at zero and a note says so. `<dynamics>` and `<limit>` of wheel joints are superseded by the model
 //! file's drivetrain.
 
-use super::error::{SceneError, WheelProblem};
-use super::robot::Side;
+use super::error::{SceneError, SwivelProblem, WheelProblem};
+use super::robot::{Side, Swivel};
 use super::shape::{Body, PlacedShape, Placement, Shape};
 use nalgebra::{Matrix3, Point3, Translation3, Unit, UnitQuaternion, UnitVector3, Vector3};
 use std::collections::HashMap;
@@ -29,6 +29,22 @@ pub(super) struct MountedWheel {
     pub axle: UnitVector3<f64>,
 }
 
+/// A caster as the URDF mounts it.
+pub(super) struct MountedCaster {
+    /// Of its ball, or of its wheel where it trails straight behind, in the base frame.
+    pub centre: Point3<f64>,
+    pub swivel: Option<Swivel>,
+}
+
+/// A joint that a caster swivels about.
+struct Fork {
+    /// The link that turns.
+    link: usize,
+    trail: f64,
+    /// Where the axis passes the wheel's centre, x ahead of it as drawn, in the base frame.
+    base_from_fork: Placement,
+}
+
 /// What may be a driven wheel.
 pub(super) struct Candidate {
     pub joint: String,
@@ -45,6 +61,8 @@ pub(super) struct Assembly {
     pub chassis: Body,
     /// In the order asked for.
     pub wheels: Vec<MountedWheel>,
+    /// Likewise.
+    pub casters: Vec<MountedCaster>,
     pub notes: Vec<String>,
     /// The link of the chassis whose collision shapes reach lowest, and how high above the base frame \[m\].
     lowest: Option<(String, f64)>,
@@ -52,6 +70,12 @@ pub(super) struct Assembly {
 
 /// What drawings round \[m\].
 const DRAWN: f64 = 1e-4;
+
+/// Trail that a swivel has at least \[m\]: of less, a wheel turns about within a step or two at any speed that robots go.
+const LEAST_TRAIL: f64 = 5e-3;
+
+/// How far the axis of a swivel may lean.
+const UPRIGHT: f64 = 0.9998; // cos 1°
 
 impl Assembly {
     /// Of chassis and wheels \[kg\].
@@ -125,13 +149,13 @@ impl Tree {
         }
     }
 
-    /// Joins links to bodies; each of `wheels` (name, joint) becomes a body of its own. What the links of `casters` and those on
-    /// them hit is left to the casters.
+    /// Joins links to bodies; each of `wheels` (name, joint) becomes a body of its own. What the links of `casters` (link, joint
+    /// that it swivels about) and those on them hit is left to the casters; what swivels adds its mass to the chassis as drawn.
     pub(super) fn assemble(
         &self,
         model: &Path,
         wheels: &[(String, WheelJoint)],
-        casters: &[&str],
+        casters: &[(String, Option<String>)],
     ) -> Result<Assembly, SceneError> {
         let mut wheel_of_joint = HashMap::new();
         for (position, (name, wheel)) in wheels.iter().enumerate() {
@@ -143,6 +167,9 @@ impl Tree {
         let mut notes = Vec::new();
         let mut chassis = Body::empty(&self.robot.links[root].name);
         let mut mounted: Vec<MountedWheel> = wheels.iter().map(|(_, wheel)| self.mount(wheel)).collect();
+        let forks = casters.iter().map(|(link, joint)| joint.as_ref().map(|joint| self.fork(model, link, joint)).transpose());
+        let forks = forks.collect::<Result<Vec<_>, _>>()?;
+        let mut on_forks: Vec<Vec<PlacedShape>> = forks.iter().map(|_| Vec::new()).collect();
         let mut lowest: Option<(String, f64)> = None;
         for (index, link) in self.robot.links.iter().enumerate() {
             if let Some((wheel, hub)) = self.carrier(index, &wheel_of_joint) {
@@ -150,9 +177,19 @@ impl Tree {
                 self.join(&mut mounted[wheel].body, link, wheel_from_link, true, &mut notes)?;
                 continue;
             }
-            let known = chassis.collisions.len();
-            let hits = !self.lineage(index).any(|link| casters.contains(&link));
+            let (known, drawn) = (chassis.collisions.len(), chassis.visuals.len());
+            let is_of = |caster: &str| self.lineage(index).any(|link| self.robot.links[link].name == caster);
+            let fork = forks.iter().position(|fork| {
+                fork.as_ref().is_some_and(|fork| self.lineage(index).any(|link| link == fork.link))
+            });
+            let hits = fork.is_none() && !casters.iter().any(|(caster, _)| is_of(caster));
             self.join(&mut chassis, link, self.placements[index], hits, &mut notes)?;
+            if let Some((at, Some(fork))) = fork.map(|at| (at, &forks[at])) {
+                on_forks[at].extend(chassis.visuals.drain(drawn..).map(|shape| PlacedShape {
+                    placement: fork.base_from_fork.inv_mul(&shape.placement),
+                    ..shape
+                }));
+            }
             let height = chassis.collisions[known..].iter().map(PlacedShape::lowest).fold(f64::INFINITY, f64::min);
             if lowest.as_ref().is_none_or(|(_, least)| height < *least) {
                 lowest = Some((link.name.clone(), height));
@@ -160,7 +197,9 @@ impl Tree {
         }
         for (joint_index, joint) in self.robot.joints.iter().enumerate() {
             let moves = !matches!(joint.joint_type, JointType::Fixed);
-            if moves && !wheel_of_joint.contains_key(&joint_index) {
+            let child = self.link_index[&joint.child.link];
+            let swivels = forks.iter().flatten().any(|fork| self.lineage(child).any(|link| link == fork.link));
+            if moves && !swivels && !wheel_of_joint.contains_key(&joint_index) {
                 notes.push(format!("joint `{}` is no driven wheel's: held fixed at zero", joint.name));
             }
         }
@@ -169,7 +208,63 @@ impl Tree {
         for wheel in &mounted {
             self.check_body(&wheel.body)?;
         }
-        Ok(Assembly { chassis, wheels: mounted, notes, lowest })
+        let casters = casters.iter().zip(forks).zip(on_forks).map(|(((link, _), fork), visuals)| {
+            let drawn = self.link_origin(model, link)?;
+            Ok(match fork {
+                Some(Fork { trail, base_from_fork, .. }) => MountedCaster {
+                    centre: Point3::from(base_from_fork.translation.vector) - Vector3::x() * trail,
+                    swivel: Some(Swivel { trail, visuals }),
+                },
+                None => MountedCaster { centre: drawn, swivel: None },
+            })
+        });
+        let casters = casters.collect::<Result<Vec<_>, SceneError>>()?;
+        Ok(Assembly { chassis, wheels: mounted, casters, notes, lowest })
+    }
+
+    /// The joint that a caster's link swivels about, if it is drawn with one that will do.
+    pub(super) fn swivel_of(&self, link: &str) -> Option<String> {
+        let index = *self.link_index.get(link)?;
+        let mut above = self.lineage(index).filter_map(|link| self.parent_joint[link]);
+        above.find_map(|joint| {
+            let name = &self.robot.joints[joint].name;
+            self.fork(&self.file, link, name).ok().map(|_| name.clone())
+        })
+    }
+
+    /// The fork of caster `link`, which turns about `joint`.
+    fn fork(&self, model: &Path, link: &str, joint: &str) -> Result<Fork, SceneError> {
+        let wheel = self.link_origin(model, link)?;
+        let above: Vec<usize> = self.lineage(self.link_index[link]).filter_map(|link| self.parent_joint[link]).collect();
+        let named = |index: &usize| self.robot.joints[*index].name.clone();
+        let fails = |problem| SceneError::NotASwivel {
+            urdf: self.file.clone(),
+            link: link.to_owned(),
+            joint: joint.to_owned(),
+            problem,
+        };
+        let Some(&index) = above.iter().find(|index| named(index) == joint) else {
+            return Err(fails(SwivelProblem::NotAbove { above: above.iter().map(named).collect() }));
+        };
+        let found = &self.robot.joints[index];
+        if !matches!(found.joint_type, JointType::Continuous | JointType::Revolute) {
+            return Err(fails(SwivelProblem::DoesNotTurn { kind: format!("{:?}", found.joint_type).to_lowercase() }));
+        }
+        let turns = self.link_index[&found.child.link];
+        let axis = self.placements[turns].rotation * Vector3::from(*found.axis.xyz);
+        let upright = axis.z.abs() / axis.norm();
+        if upright.is_nan() || upright < UPRIGHT {
+            return Err(fails(SwivelProblem::NotUpright(axis.x, axis.y, axis.z)));
+        }
+        let pivot = self.placements[turns].translation;
+        let ahead = Vector3::new(pivot.x - wheel.x, pivot.y - wheel.y, 0.0);
+        let trail = ahead.norm();
+        if trail < LEAST_TRAIL {
+            return Err(fails(SwivelProblem::NoTrail { trail, least: LEAST_TRAIL }));
+        }
+        let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), ahead.y.atan2(ahead.x));
+        let base_from_fork = Placement::from_parts(Translation3::new(pivot.x, pivot.y, wheel.z), turned);
+        Ok(Fork { link: turns, trail, base_from_fork })
     }
 
     /// What may be driven wheels: what turns without end about the lateral axis on the chassis, in the URDF's order.
@@ -262,10 +357,10 @@ impl Tree {
         Ok(())
     }
 
-    /// The name of a link and of all that it hangs on.
-    fn lineage(&self, index: usize) -> impl Iterator<Item = &str> {
+    /// A link and all that it hangs on.
+    fn lineage(&self, index: usize) -> impl Iterator<Item = usize> {
         let above = |link: &usize| Some(self.link_index[&self.robot.joints[self.parent_joint[*link]?].parent.link]);
-        std::iter::successors(Some(index), above).map(|link| self.robot.links[link].name.as_str())
+        std::iter::successors(Some(index), above)
     }
 
     /// The wheel body that carries link `index`, with the wheel's hub link; `None`: the chassis carries it.

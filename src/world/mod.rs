@@ -223,6 +223,13 @@ impl World {
         out.extend((0..self.wheels.len()).map(|index| self.wheel_snapshot(index)));
     }
 
+    /// Fills `out` with room_from_fork of every caster that swivels.
+    pub fn forks(&self, out: &mut Vec<Placement>) {
+        out.clear();
+        let base = self.base();
+        out.extend(self.casters.iter().filter_map(RunningCaster::fork).map(|fork| base * fork));
+    }
+
     fn wheel_snapshot(&self, index: usize) -> WheelSnapshot {
         let running = &self.wheels[index];
         let wheel = &self.scene.robot.wheels[index];

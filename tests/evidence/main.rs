@@ -21,4 +21,5 @@ mod quasi_static;
 mod report;
 mod rig;
 mod sweep;
+mod swivel;
 mod windows;
