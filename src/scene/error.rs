@@ -214,7 +214,9 @@ pub enum SwivelProblem {
         kind: String,
     },
     /// Its axis does not stand upright.
-    #[error("turns about ({0:.3}, {1:.3}, {2:.3}) in the base frame; a caster swivels about the vertical, z, within a degree")]
+    #[error(
+        "turns about ({0:.3}, {1:.3}, {2:.3}) in the base frame; a caster swivels about the vertical, z, within a degree"
+    )]
     NotUpright(f64, f64, f64),
     /// Its wheel does not trail.
     #[error("passes its wheel's centre at {:.1} mm; a wheel that swivels trails by {:.0} mm or more, one that does not is a ball: leave `swivel` out", 1e3 * trail, 1e3 * least)]

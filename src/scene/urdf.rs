@@ -167,7 +167,8 @@ impl Tree {
         let mut notes = Vec::new();
         let mut chassis = Body::empty(&self.robot.links[root].name);
         let mut mounted: Vec<MountedWheel> = wheels.iter().map(|(_, wheel)| self.mount(wheel)).collect();
-        let forks = casters.iter().map(|(link, joint)| joint.as_ref().map(|joint| self.fork(model, link, joint)).transpose());
+        let forks =
+            casters.iter().map(|(link, joint)| joint.as_ref().map(|joint| self.fork(model, link, joint)).transpose());
         let forks = forks.collect::<Result<Vec<_>, _>>()?;
         let mut on_forks: Vec<Vec<PlacedShape>> = forks.iter().map(|_| Vec::new()).collect();
         let mut lowest: Option<(String, f64)> = None;
@@ -179,16 +180,18 @@ impl Tree {
             }
             let (known, drawn) = (chassis.collisions.len(), chassis.visuals.len());
             let is_of = |caster: &str| self.lineage(index).any(|link| self.robot.links[link].name == caster);
-            let fork = forks.iter().position(|fork| {
-                fork.as_ref().is_some_and(|fork| self.lineage(index).any(|link| link == fork.link))
-            });
+            let fork = forks
+                .iter()
+                .position(|fork| fork.as_ref().is_some_and(|fork| self.lineage(index).any(|link| link == fork.link)));
             let hits = fork.is_none() && !casters.iter().any(|(caster, _)| is_of(caster));
             self.join(&mut chassis, link, self.placements[index], hits, &mut notes)?;
             if let Some((at, Some(fork))) = fork.map(|at| (at, &forks[at])) {
-                on_forks[at].extend(chassis.visuals.drain(drawn..).map(|shape| PlacedShape {
-                    placement: fork.base_from_fork.inv_mul(&shape.placement),
-                    ..shape
-                }));
+                on_forks[at].extend(
+                    chassis
+                        .visuals
+                        .drain(drawn..)
+                        .map(|shape| PlacedShape { placement: fork.base_from_fork.inv_mul(&shape.placement), ..shape }),
+                );
             }
             let height = chassis.collisions[known..].iter().map(PlacedShape::lowest).fold(f64::INFINITY, f64::min);
             if lowest.as_ref().is_none_or(|(_, least)| height < *least) {
@@ -235,7 +238,8 @@ impl Tree {
     /// The fork of caster `link`, which turns about `joint`.
     fn fork(&self, model: &Path, link: &str, joint: &str) -> Result<Fork, SceneError> {
         let wheel = self.link_origin(model, link)?;
-        let above: Vec<usize> = self.lineage(self.link_index[link]).filter_map(|link| self.parent_joint[link]).collect();
+        let above: Vec<usize> =
+            self.lineage(self.link_index[link]).filter_map(|link| self.parent_joint[link]).collect();
         let named = |index: &usize| self.robot.joints[*index].name.clone();
         let fails = |problem| SceneError::NotASwivel {
             urdf: self.file.clone(),

@@ -44,7 +44,8 @@ impl RunningCaster {
         }
         let caster = &self.caster;
         let steered = self.angle.as_mut().zip(caster.swivel.as_ref());
-        let mut steered = steered.map(|(angle, swivel)| (Vector::new(angle.cos(), angle.sin(), 0.0), angle, swivel.trail));
+        let mut steered =
+            steered.map(|(angle, swivel)| (Vector::new(angle.cos(), angle.sin(), 0.0), angle, swivel.trail));
         let centre = match &steered {
             Some((ahead, _, trail)) => convert::point(caster.pivot()) - *ahead * *trail,
             None => convert::point(caster.centre),

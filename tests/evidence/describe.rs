@@ -2,6 +2,7 @@
 
 use crate::cli::{refused, text, treadmark};
 use crate::rig;
+use nalgebra::{Point3, Vector3};
 use std::path::Path;
 use treadmark::dataset::{Protocol, Rotation};
 use treadmark::scene::{Robot, Scene};
@@ -120,6 +121,53 @@ fn a_robot_as_makers_draw_it_stands_and_rolls() {
     assert!(stdout.contains("Where the squares ended") && !stdout.contains("the paper's Table I"), "{stdout}");
     let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+}
+
+/// A fork that turns on a bolt, drawn with its wheel aside: what swivels is found, moved behind, and shown apart from the chassis.
+const FORK: &str = r#"<joint name="bolt" type="continuous"><parent link="base_link"/><child link="fork"/>
+    <origin xyz="-0.08 0 0.01"/><axis xyz="0 0 1"/></joint>
+  <link name="fork"><visual><geometry><box size="0.01 0.01 0.02"/></geometry></visual></link>
+  <joint name="back_joint" type="continuous"><parent link="fork"/><child link="back_castor"/><origin xyz="0 0.02 -0.022"/>
+    <axis xyz="1 0 0"/></joint>"#;
+
+#[test]
+fn a_caster_that_swivels_is_found() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let fixed = r#"<joint name="back_joint" type="fixed"><parent link="base_link"/><child link="back_castor"/><origin xyz="-0.1 0 -0.012"/></joint>"#;
+    let drawn = DRAWN.replace(fixed, FORK);
+    std::fs::write(at.join("little.urdf"), &drawn).expect("it can be written");
+    let (_, stderr) = described(at, &["little.urdf"]);
+    assert!(!stderr.contains("back_joint") && !stderr.contains("bolt"), "{stderr}");
+    let file = at.join("little.toml");
+    let robot = Robot::load(&file.to_string_lossy()).expect("it loads");
+    let (caster, chassis) = (&robot.casters[0], &robot.chassis);
+    let swivel = caster.swivel.as_ref().expect("it swivels");
+    let off = (caster.centre - Point3::new(-0.1, 0.0, 0.008)).norm() + (swivel.trail - 0.02).abs();
+    assert!(off < 1e-12, "{:?}, {}", caster.centre, swivel.trail);
+    assert!(swivel.visuals.len() == 1 && chassis.collisions.len() == 1, "{chassis:?}");
+    // Drawn to the left of its bolt, what was straight above the bolt is so still; the fork's x looked to the right.
+    let turned = swivel.visuals[0].placement.rotation * Vector3::x();
+    assert!((turned - Vector3::y()).norm() < 1e-12, "{turned:?}");
+    let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
+    assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+
+    let model = std::fs::read_to_string(&file).expect("it was written");
+    for (urdf, swivel, parts) in [
+        (drawn.clone(), "scan_joint", &["joint `scan_joint` of caster `back_castor` does not carry it", "bolt"][..]),
+        (drawn.clone(), "back_joint", &["turns about (1.000, 0.000, 0.000)", "about the vertical"]),
+        (drawn.clone(), "base_joint", &["is fixed", "continuous or revolute"]),
+        (
+            drawn.replace("0 0.02 -0.022", "0 0.002 -0.022"),
+            "bolt",
+            &["at 2.0 mm", "5 mm or more", "leave `swivel` out"],
+        ),
+    ] {
+        std::fs::write(at.join("little.urdf"), urdf).expect("it can be written");
+        let model = model.replace("swivel = \"bolt\"", &format!("swivel = \"{swivel}\""));
+        std::fs::write(at.join("other.toml"), model).expect("it can be written");
+        refused(at, &["certify", "other.toml"], parts);
+    }
 }
 
 #[test]
