@@ -135,13 +135,13 @@ pub enum Finding {
         /// \[rad\]
         most: f64,
     },
-    /// A run that starts or ends while it rolls.
-    #[error("run {run}: {when} in motion, so its surveyed {end} pose is only as good as the two clocks agree")]
+    /// Runs that start or end while they roll.
+    #[error("{} in motion: a surveyed {end} pose is only as good as the two clocks agree then", counted(runs, *when))]
     InMotion {
-        /// The run.
-        run: String,
-        /// `begins` or `ends`.
-        when: &'static str,
+        /// The runs.
+        runs: Vec<String>,
+        /// What one does, and what several do.
+        when: [&'static str; 2],
         /// `start` or `end`.
         end: &'static str,
     },
@@ -156,11 +156,11 @@ pub enum Finding {
         /// Runs that turn.
         turned: usize,
     },
-    /// A run without a survey.
-    #[error("run {run}: no poses while it lasted; note its end pose in runs.csv")]
+    /// Runs without a survey.
+    #[error("{} no poses; note the end pose in runs.csv", counted(runs, ["has", "have"]))]
     NotSurveyed {
-        /// The run.
-        run: String,
+        /// The runs.
+        runs: Vec<String>,
     },
     /// Shapes that cannot be told.
     #[error(
@@ -173,4 +173,31 @@ pub enum Finding {
         /// The options.
         missing: &'static str,
     },
+}
+
+/// `run 03 begins`, `12 runs (01, 02, 03 and 9 more) begin`.
+fn counted(runs: &[String], [one_does, several_do]: [&str; 2]) -> String {
+    const TOLD: usize = 3;
+    let named = runs[..runs.len().min(TOLD)].join(", ");
+    match runs {
+        [run] => format!("run {run} {one_does}"),
+        _ if runs.len() > TOLD => format!("{} runs ({named} and {} more) {several_do}", runs.len(), runs.len() - TOLD),
+        _ => format!("runs {named} {several_do}"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::counted;
+
+    #[test]
+    fn runs_are_named_or_counted() {
+        let runs: Vec<String> = (1..=12).map(|run| format!("{run:02}")).collect();
+        let does = ["begins", "begin"];
+        for (count, words) in
+            [(1, "run 01 begins"), (3, "runs 01, 02, 03 begin"), (12, "12 runs (01, 02, 03 and 9 more) begin")]
+        {
+            assert_eq!(counted(&runs[..count], does), words);
+        }
+    }
 }

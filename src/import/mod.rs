@@ -199,9 +199,7 @@ pub fn import(files: &[PathBuf], options: &Options) -> Result<Imported, ImportEr
             findings.push(Finding::ShapesUntold);
         }
     }
-    for found in &runs {
-        tell(found, options, &mut findings);
-    }
+    findings.extend(tell(&runs, options));
     findings.extend(odometry.and_then(|odometry| turns_disagree(&runs, &odometry)));
     if options.pose != PoseSource::Nowhere {
         let survey = &options.campaign.survey;
@@ -408,20 +406,22 @@ fn state(runs: &mut [Found], path: &Path, stated: &[Run]) -> Result<(), ImportEr
     Ok(())
 }
 
-/// What is odd about a run.
-fn tell(found: &Found, options: &Options, findings: &mut Vec<Finding>) {
-    let run = &found.run;
-    if run.poses.is_none() {
-        if options.pose != PoseSource::Nowhere {
-            findings.push(Finding::NotSurveyed { run: run.name.clone() });
-        }
-        return;
-    }
-    for (in_motion, (when, end)) in found.in_motion.into_iter().zip([("begins", "start"), ("ends", "end")]) {
-        if in_motion {
-            findings.push(Finding::InMotion { run: run.name.clone(), when, end });
-        }
-    }
+/// What is odd about some of the runs.
+fn tell(runs: &[Found], options: &Options) -> Vec<Finding> {
+    let named = |is_odd: &dyn Fn(&Found) -> bool| -> Option<Vec<String>> {
+        let odd: Vec<String> = runs.iter().filter(|found| is_odd(found)).map(|found| found.run.name.clone()).collect();
+        (!odd.is_empty()).then_some(odd)
+    };
+    let unseen = |found: &Found| options.pose != PoseSource::Nowhere && found.run.poses.is_none();
+    let moving = |end: usize| move |found: &Found| found.run.poses.is_some() && found.in_motion[end];
+    [
+        named(&unseen).map(|runs| Finding::NotSurveyed { runs }),
+        named(&moving(0)).map(|runs| Finding::InMotion { runs, when: ["begins", "begin"], end: "start" }),
+        named(&moving(1)).map(|runs| Finding::InMotion { runs, when: ["ends", "end"], end: "end" }),
+    ]
+    .into_iter()
+    .flatten()
+    .collect()
 }
 
 /// Runs that turned the other way round by their wheels than by their poses, if most did that turned at all.

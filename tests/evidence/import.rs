@@ -467,7 +467,7 @@ fn counters_that_run_over_are_mended() {
     let cut = of(&restarted);
     let resets = cut.findings.iter().filter(|finding| matches!(finding, Finding::Reset { .. })).count();
     assert_eq!((resets, cut.dataset.runs.len()), (2, 3), "{:?}", cut.findings);
-    assert!(cut.findings.iter().any(|finding| matches!(finding, Finding::InMotion { when: "ends", .. })));
+    assert!(cut.findings.iter().any(|finding| matches!(finding, Finding::InMotion { when: ["ends", _], .. })));
     // Poses of a file of their own, read at half the rate, are cut at the same time.
     let halved: Vec<Reading> = readings.iter().step_by(2).copied().collect();
     let wheels = csv(
