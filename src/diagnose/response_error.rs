@@ -54,7 +54,7 @@ impl Problem<'_> {
     /// Covariance of what a cluster's runs differ by on their account, where they come upon spots elsewhere than the run that
     /// stands for them and what that does is known.
     pub(super) fn runs_apart(&self, cluster: usize, at: &Coordinates) -> Option<DMatrix<f64>> {
-        at.iter().any(|(axis, _)| self.surrogate.elsewhere(cluster, *axis).is_some()).then(|| {
+        at.iter().any(|&(axis, value)| self.surrogate.elsewhere(cluster, axis, value).is_some()).then(|| {
             let columns = DMatrix::from_columns(&self.of_runs(cluster, at));
             &columns * columns.transpose()
         })
@@ -75,9 +75,9 @@ impl Problem<'_> {
     /// Change of a cluster's readings where spots are come upon elsewhere, as far as that is known: farther east, and north.
     fn come_upon_elsewhere(&self, response: &Changed<'_>, cluster: usize, at: &Coordinates) -> [DVector<f64>; 2] {
         [0, 1].map(|part| {
-            let known = at.iter().filter_map(|(axis, _)| self.surrogate.elsewhere(cluster, *axis));
+            let known = at.iter().filter_map(|&(axis, value)| self.surrogate.elsewhere(cluster, axis, value));
             let nothing = DVector::zeros(response.readings.len());
-            known.fold(nothing, |sum, changes| sum + response.more(&changes[part]))
+            known.fold(nothing, |sum, (share, changes)| sum + response.more(&changes[part]) * share)
         })
     }
 

@@ -223,9 +223,10 @@ impl Surrogate {
     }
 
     /// What a spot does beyond what it does where it is to steps of a cluster's runs that stray east and north, if that was
-    /// simulated.
-    pub fn elsewhere(&self, cluster: usize, spot: Axis) -> Option<&[Vec<Step>; 2]> {
-        self.elsewhere.get(&(cluster, spot)).map(|it| &it.changes)
+    /// simulated; and by which part of it one of size `at` does so: a weak one does little wherever it is come upon.
+    pub fn elsewhere(&self, cluster: usize, spot: Axis, at: f64) -> Option<(f64, &[Vec<Step>; 2])> {
+        let known = self.elsewhere.get(&(cluster, spot))?;
+        Some(((at / known.at).abs().min(1.0), &known.changes))
     }
 
     /// Whether it was simulated of a spot in any cluster.
