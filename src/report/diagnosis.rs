@@ -5,7 +5,7 @@ use super::grid::Grid;
 use super::text::{Style, decimals, parameter};
 use crate::calibrate::Parameter;
 use crate::diagnose::{Blind, Clock, Diagnosis, Finding, Gain, Remainder, Suspicion, Transient, Verdict};
-use crate::effect::Cause;
+use crate::effect::{Cause, Effect};
 use crate::scene::Contact;
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -166,8 +166,26 @@ fn further(diagnosis: &Diagnosis) -> String {
 /// What is to be said of the extended model.
 pub(super) fn notes(diagnosis: &Diagnosis) -> Vec<String> {
     let remainder = diagnosis.remainder.and_then(remainder);
+    let either_way = diagnosis.findings.iter().filter_map(either_way);
     let all = [tyres(diagnosis), sizes(diagnosis), clocks(diagnosis), transient(diagnosis), remainder];
-    all.into_iter().flatten().collect()
+    either_way.chain(all.into_iter().flatten()).collect()
+}
+
+/// That the data tell that a cause is there and not which way it goes, where its one size may be on either side of nothing.
+fn either_way(finding: &Finding) -> Option<String> {
+    let mut sizes = finding.parameters.iter().filter_map(|found| Some((found.name, found.value, found.std_dev?)));
+    let (Some((name, value, std_dev)), None) = (sizes.next(), sizes.next()) else { return None };
+    let effect = Effect::named(finding.effect)?;
+    let parameter = effect.parameters.iter().find(|parameter| parameter.name == name)?;
+    let (least, most, nothing) = (value - 1.96 * std_dev, value + 1.96 * std_dev, effect.neutral(parameter));
+    (least < nothing && nothing < most).then(|| {
+        let decimals = decimals(std_dev);
+        format!(
+            "Which way {}.{name} goes these data do not tell, though that something is there: {least:.decimals$} to \
+             {most:.decimals$}, its 95 % interval, holds {nothing}, which does nothing.",
+            named(finding)
+        )
+    })
 }
 
 /// That the extended model is not what was fitted, where it is not.
@@ -512,6 +530,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::diagnose::Found;
 
     #[test]
     fn an_extended_model_that_is_not_what_was_fitted_is_said_to_be_so() {
@@ -519,6 +538,27 @@ mod tests {
         assert!(words.contains("ends 191.4 mm RMS from these very runs, not 55.6 mm as it was fitted"), "{words}");
         assert!(!words.contains("  "), "{words}");
         assert_eq!(remainder(Remainder { fitted: 0.0327, simulated: 0.0324 }), None);
+    }
+
+    #[test]
+    fn a_size_on_either_side_of_nothing_is_said_to_be_so() {
+        let spot = |ratio, std_dev| Finding {
+            effect: "floor_grip_patch",
+            choice: String::new(),
+            parameters: vec![
+                Found { name: "x_m", value: 1.65, std_dev: None },
+                Found { name: "ratio", value: ratio, std_dev: Some(std_dev) },
+            ],
+            probability: 1.0,
+            confounded_with: Vec::new(),
+        };
+        let words = either_way(&spot(1.05, 0.17)).expect("it may grip more or less");
+        assert!(
+            words.starts_with("Which way floor_grip_patch.ratio goes") && words.contains("0.72 to 1.38"),
+            "{words}"
+        );
+        assert!(words.contains("holds 1,") && !words.contains("  "), "{words}");
+        assert_eq!(either_way(&spot(0.65, 0.17)), None);
     }
 
     #[test]
