@@ -180,9 +180,7 @@ impl Tree {
             }
             let (known, drawn) = (chassis.collisions.len(), chassis.visuals.len());
             let is_of = |caster: &str| self.lineage(index).any(|link| self.robot.links[link].name == caster);
-            let fork = forks
-                .iter()
-                .position(|fork| fork.as_ref().is_some_and(|fork| self.lineage(index).any(|link| link == fork.link)));
+            let fork = forks.iter().position(|fork| fork.as_ref().is_some_and(|fork| self.is_on(index, fork)));
             let hits = fork.is_none() && !casters.iter().any(|(caster, _)| is_of(caster));
             self.join(&mut chassis, link, self.placements[index], hits, &mut notes)?;
             if let Some((at, Some(fork))) = fork.map(|at| (at, &forks[at])) {
@@ -201,7 +199,7 @@ impl Tree {
         for (joint_index, joint) in self.robot.joints.iter().enumerate() {
             let moves = !matches!(joint.joint_type, JointType::Fixed);
             let child = self.link_index[&joint.child.link];
-            let swivels = forks.iter().flatten().any(|fork| self.lineage(child).any(|link| link == fork.link));
+            let swivels = forks.iter().flatten().any(|fork| self.is_on(child, fork));
             if moves && !swivels && !wheel_of_joint.contains_key(&joint_index) {
                 notes.push(format!("joint `{}` is no driven wheel's: held fixed at zero", joint.name));
             }
@@ -365,6 +363,11 @@ impl Tree {
     fn lineage(&self, index: usize) -> impl Iterator<Item = usize> {
         let above = |link: &usize| Some(self.link_index[&self.robot.joints[self.parent_joint[*link]?].parent.link]);
         std::iter::successors(Some(index), above)
+    }
+
+    /// Whether a link turns with a fork.
+    fn is_on(&self, index: usize, fork: &Fork) -> bool {
+        self.lineage(index).any(|link| link == fork.link)
     }
 
     /// The wheel body that carries link `index`, with the wheel's hub link; `None`: the chassis carries it.

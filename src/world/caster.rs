@@ -17,42 +17,33 @@ pub(super) struct RunningCaster {
     caster: Caster,
     /// Deflection of its one bristle, in the room.
     bristle: Vector,
-    /// Of its fork against the chassis \[rad\]; none before it has touched ground, nor of a ball.
-    angle: Option<f64>,
+    /// Of its fork against the chassis \[rad\]; a ball has none.
+    angle: f64,
 }
-
-/// Speed of a pivot from which on a run has begun in motion \[m/s\].
-const MOVING: f64 = 1e-3;
 
 impl RunningCaster {
     pub(super) fn new(caster: &Caster) -> RunningCaster {
-        RunningCaster { caster: caster.clone(), bristle: Vector::ZERO, angle: None }
+        RunningCaster { caster: caster.clone(), bristle: Vector::ZERO, angle: 0.0 }
     }
 
     /// base_from_fork, if it has one.
     pub(super) fn fork(&self) -> Option<Placement> {
         self.caster.swivel.as_ref()?;
-        let turned = UnitQuaternion::from_euler_angles(0.0, 0.0, self.angle.unwrap_or(0.0));
+        let turned = UnitQuaternion::from_euler_angles(0.0, 0.0, self.angle);
         Some(Placement::from_parts(self.caster.pivot().coords.into(), turned))
     }
 
     /// Presses it on the ground; returns force and moment about the body's mass centre. Its drag is one bristle, as stiff as it
     /// is upright, cut back to `drag_coefficient` times the load.
     pub(super) fn press(&mut self, ground: &Ground, body: &BodyState, floor: &FloorMotion, dt: f64) -> Wrench {
-        if self.caster.swivel.is_some() && self.angle.is_none() {
-            self.angle = Some(self.first_angle(body, floor));
-        }
-        let caster = &self.caster;
-        let steered = self.angle.as_mut().zip(caster.swivel.as_ref());
-        let mut steered =
-            steered.map(|(angle, swivel)| (Vector::new(angle.cos(), angle.sin(), 0.0), angle, swivel.trail));
-        let centre = match &steered {
-            Some((ahead, _, trail)) => convert::point(caster.pivot()) - *ahead * *trail,
+        let RunningCaster { caster, bristle, angle } = self;
+        let ahead = Vector::new(angle.cos(), angle.sin(), 0.0);
+        let centre = match &caster.swivel {
+            Some(swivel) => convert::point(caster.pivot()) - ahead * swivel.trail,
             None => convert::point(caster.centre),
         };
         let centre = body.room_from_base * centre;
         let mut wrench = Wrench::default();
-        let bristle = &mut self.bristle;
         let mut touched = false;
         ground.touches(centre, Vector::ZERO, caster.radius, 2.0 * caster.radius, |touch| {
             let Touch { point, normal, depth, .. } = touch;
@@ -61,10 +52,10 @@ impl RunningCaster {
             let mut pushed = normal * load;
             if !touched {
                 let mut slip = velocity - normal * velocity.dot(normal);
-                if let Some((ahead, angle, trail)) = &mut steered {
-                    let ahead = body.room_from_base.rotation * *ahead;
+                if let Some(swivel) = &caster.swivel {
+                    let ahead = body.room_from_base.rotation * ahead;
                     let along = (ahead - normal * ahead.dot(normal)).normalize();
-                    **angle += slip.dot(normal.cross(along)) * dt / *trail;
+                    *angle += slip.dot(normal.cross(along)) * dt / swivel.trail;
                     slip = along * slip.dot(along);
                     *bristle = along * bristle.dot(along);
                 }
@@ -83,18 +74,5 @@ impl RunningCaster {
             *bristle = Vector::ZERO;
         }
         wrench
-    }
-
-    /// Where its fork points as a run begins: straight ahead at rest, and in motion as on a circle that has been driven for long.
-    fn first_angle(&self, body: &BodyState, floor: &FloorMotion) -> f64 {
-        let trail = self.caster.swivel.as_ref().map_or(0.0, |swivel| swivel.trail);
-        let pivot = body.room_from_base * convert::point(self.caster.pivot());
-        let moved = body.room_from_base.rotation.inverse() * (body.velocity_at(pivot) - floor.velocity_at(pivot));
-        let speed = moved.x.hypot(moved.y);
-        if speed < MOVING {
-            return 0.0;
-        }
-        let yaw_rate = body.spin.z - floor.yaw_rate;
-        moved.y.atan2(moved.x) - (trail * yaw_rate / speed).clamp(-1.0, 1.0).asin()
     }
 }
