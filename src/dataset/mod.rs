@@ -22,6 +22,16 @@ pub use protocol::{Protocol, Rotation, Travel};
 pub use read::read_stated_runs;
 pub use stops::Stop;
 
+/// `run a`, `runs a, b and c`, `runs a, b, c, d and 301 more`; of none, the file that holds for all.
+pub(crate) fn runs_in_words(runs: &[String]) -> String {
+    match runs {
+        [] => "dataset.toml".to_owned(),
+        [one] => format!("run {one}"),
+        [start @ .., last] if runs.len() <= 6 => format!("runs {} and {last}", start.join(", ")),
+        _ => format!("runs {} and {} more", runs[..4].join(", "), runs.len() - 4),
+    }
+}
+
 /// One campaign: the same robot, the same on-board odometry parameters, the same survey.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dataset {
@@ -240,6 +250,21 @@ impl Run {
                 Some(Pose2::new(end.x, end.y, end.heading.or(nominal.map(|pose| pose.heading)).unwrap_or(0.0)))
             }
             (None, nominal) => nominal,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::runs_in_words;
+
+    #[test]
+    fn runs_are_named_or_counted() {
+        let runs: Vec<String> = (1..=12).map(|run| format!("{run:02}")).collect();
+        for (count, words) in
+            [(0, "dataset.toml"), (1, "run 01"), (3, "runs 01, 02 and 03"), (12, "runs 01, 02, 03, 04 and 8 more")]
+        {
+            assert_eq!(runs_in_words(&runs[..count]), words);
         }
     }
 }

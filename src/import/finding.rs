@@ -1,5 +1,7 @@
 //! What was found in a recording that its owner should know, in plain words.
 
+use crate::dataset::runs_in_words;
+
 /// Something that was found on the way; none of it keeps the recording from being imported, and only what says so was
 /// mended. Times are seconds since the recording began, by the clock of the readings.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -136,7 +138,7 @@ pub enum Finding {
         most: f64,
     },
     /// Runs that start or end while they roll.
-    #[error("{} in motion: a surveyed {end} pose is only as good as the two clocks agree then", counted(runs, *when))]
+    #[error("{} in motion: a surveyed {end} pose is only as good as the two clocks agree then", of_runs(runs, *when))]
     InMotion {
         /// The runs.
         runs: Vec<String>,
@@ -157,7 +159,7 @@ pub enum Finding {
         turned: usize,
     },
     /// Runs without a survey.
-    #[error("{} no poses; note the end pose in runs.csv", counted(runs, ["has", "have"]))]
+    #[error("{} no poses; note the end pose in runs.csv", of_runs(runs, ["has", "have"]))]
     NotSurveyed {
         /// The runs.
         runs: Vec<String>,
@@ -175,29 +177,23 @@ pub enum Finding {
     },
 }
 
-/// `run 03 begins`, `12 runs (01, 02, 03 and 9 more) begin`.
-fn counted(runs: &[String], [one_does, several_do]: [&str; 2]) -> String {
-    const TOLD: usize = 3;
-    let named = runs[..runs.len().min(TOLD)].join(", ");
-    match runs {
-        [run] => format!("run {run} {one_does}"),
-        _ if runs.len() > TOLD => format!("{} runs ({named} and {} more) {several_do}", runs.len(), runs.len() - TOLD),
-        _ => format!("runs {named} {several_do}"),
-    }
+/// `run 03 begins`, `runs 01, 02, 03, 04 and 8 more begin`.
+fn of_runs(runs: &[String], [one_does, several_do]: [&str; 2]) -> String {
+    format!("{} {}", runs_in_words(runs), if runs.len() == 1 { one_does } else { several_do })
 }
 
 #[cfg(test)]
 mod tests {
-    use super::counted;
+    use super::of_runs;
 
     #[test]
-    fn runs_are_named_or_counted() {
+    fn verbs_agree_with_their_runs() {
         let runs: Vec<String> = (1..=12).map(|run| format!("{run:02}")).collect();
         let does = ["begins", "begin"];
         for (count, words) in
-            [(1, "run 01 begins"), (3, "runs 01, 02, 03 begin"), (12, "12 runs (01, 02, 03 and 9 more) begin")]
+            [(1, "run 01 begins"), (3, "runs 01, 02 and 03 begin"), (12, "runs 01, 02, 03, 04 and 8 more begin")]
         {
-            assert_eq!(counted(&runs[..count], does), words);
+            assert_eq!(of_runs(&runs[..count], does), words);
         }
     }
 }

@@ -43,6 +43,8 @@ struct Fork {
     trail: f64,
     /// Where the axis passes the wheel's centre, x ahead of it as drawn, in the base frame.
     base_from_fork: Placement,
+    /// What turns with it, in its own frame.
+    visuals: Vec<PlacedShape>,
 }
 
 /// What may be a driven wheel.
@@ -169,8 +171,7 @@ impl Tree {
         let mut mounted: Vec<MountedWheel> = wheels.iter().map(|(_, wheel)| self.mount(wheel)).collect();
         let forks =
             casters.iter().map(|(link, joint)| joint.as_ref().map(|joint| self.fork(model, link, joint)).transpose());
-        let forks = forks.collect::<Result<Vec<_>, _>>()?;
-        let mut on_forks: Vec<Vec<PlacedShape>> = forks.iter().map(|_| Vec::new()).collect();
+        let mut forks = forks.collect::<Result<Vec<_>, _>>()?;
         let mut lowest: Option<(String, f64)> = None;
         for (index, link) in self.robot.links.iter().enumerate() {
             if let Some((wheel, hub)) = self.carrier(index, &wheel_of_joint) {
@@ -180,16 +181,13 @@ impl Tree {
             }
             let (known, drawn) = (chassis.collisions.len(), chassis.visuals.len());
             let is_of = |caster: &str| self.lineage(index).any(|link| self.robot.links[link].name == caster);
-            let fork = forks.iter().position(|fork| fork.as_ref().is_some_and(|fork| self.is_on(index, fork)));
+            let fork = forks.iter_mut().flatten().find(|fork| self.is_on(index, fork));
             let hits = fork.is_none() && !casters.iter().any(|(caster, _)| is_of(caster));
             self.join(&mut chassis, link, self.placements[index], hits, &mut notes)?;
-            if let Some((at, Some(fork))) = fork.map(|at| (at, &forks[at])) {
-                on_forks[at].extend(
-                    chassis
-                        .visuals
-                        .drain(drawn..)
-                        .map(|shape| PlacedShape { placement: fork.base_from_fork.inv_mul(&shape.placement), ..shape }),
-                );
+            if let Some(Fork { base_from_fork, visuals, .. }) = fork {
+                let moved =
+                    |shape: PlacedShape| PlacedShape { placement: base_from_fork.inv_mul(&shape.placement), ..shape };
+                visuals.extend(chassis.visuals.drain(drawn..).map(moved));
             }
             let height = chassis.collisions[known..].iter().map(PlacedShape::lowest).fold(f64::INFINITY, f64::min);
             if lowest.as_ref().is_none_or(|(_, least)| height < *least) {
@@ -209,14 +207,13 @@ impl Tree {
         for wheel in &mounted {
             self.check_body(&wheel.body)?;
         }
-        let casters = casters.iter().zip(forks).zip(on_forks).map(|(((link, _), fork), visuals)| {
-            let drawn = self.link_origin(model, link)?;
+        let casters = casters.iter().zip(forks).map(|((link, _), fork)| {
             Ok(match fork {
-                Some(Fork { trail, base_from_fork, .. }) => MountedCaster {
+                Some(Fork { trail, base_from_fork, visuals, .. }) => MountedCaster {
                     centre: Point3::from(base_from_fork.translation.vector) - Vector3::x() * trail,
                     swivel: Some(Swivel { trail, visuals }),
                 },
-                None => MountedCaster { centre: drawn, swivel: None },
+                None => MountedCaster { centre: self.link_origin(model, link)?, swivel: None },
             })
         });
         let casters = casters.collect::<Result<Vec<_>, SceneError>>()?;
@@ -266,7 +263,7 @@ impl Tree {
         }
         let turned = UnitQuaternion::from_axis_angle(&Vector3::z_axis(), ahead.y.atan2(ahead.x));
         let base_from_fork = Placement::from_parts(Translation3::new(pivot.x, pivot.y, wheel.z), turned);
-        Ok(Fork { link: turns, trail, base_from_fork })
+        Ok(Fork { link: turns, trail, base_from_fork, visuals: Vec::new() })
     }
 
     /// What may be driven wheels: what turns without end about the lateral axis on the chassis, in the URDF's order.

@@ -113,12 +113,12 @@ fn a_robot_as_makers_draw_it_stands_and_rolls() {
         stderr.contains("link `base_link`: its collision shape clears the ground by 0.5 mm") && stderr.contains("rubs")
     );
     assert_eq!(stderr.matches("rubs").count(), 1, "{stderr}");
-    // It stands on wheels and caster alone, rolls by its tyres' radius, goes straight, and turns as theory has it.
     // The paper's own figures are of another robot.
     let squares = ["--robot", "little.toml", "--sides", "1", "--repeats", "1", "--no-recording", "--out", "squares"];
     let output = treadmark(at).args(squares).output().expect("it starts");
     let stdout = text(&output.stdout);
     assert!(stdout.contains("Where the squares ended") && !stdout.contains("the paper's Table I"), "{stdout}");
+    // It stands on wheels and caster alone, rolls by its tyres' radius, goes straight, and turns as theory has it.
     let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
 }

@@ -6,6 +6,8 @@ use std::f64::consts::FRAC_PI_2;
 use treadmark::scene::{GRAVITY, Scene, Swivel};
 use treadmark::world::World;
 
+/// Of the driven wheels \[m\].
+const RADIUS: f64 = 0.042;
 const TRAIL: f64 = 0.03;
 /// Of driven wheels \[rad/s\].
 const SPEED: f64 = 2.0;
@@ -58,7 +60,7 @@ fn it_trails_as_a_tractrix() {
         (world.pose(), (0.5 * angle).tan().abs().ln())
     };
     let (start, first) = place(&world);
-    let allowed = 0.5 * SPEED * 0.042 * scene.time_step / TRAIL;
+    let allowed = 0.5 * SPEED * RADIUS * scene.time_step / TRAIL;
     // A milliradian moves the pivot aside.
     let aside = 1e-3 * behind(&scene) / TRAIL;
     for _ in 0..8 {
@@ -124,7 +126,7 @@ fn a_leg_begins_with_a_kick() {
         let stretched = dragged(angle) * (distance.powi(2) - TRAIL.powi(2)).sqrt() * half_patch;
         let (stiffness, track) = (robot.wheels[0].tyre.slip_stiffness * wheels[0].load, robot.track_width());
         let expected = 2.0 * (stretched - distance * swing) / (track * track * stiffness);
-        (world.pose().heading - heading - 0.042 * counted / track, expected)
+        (world.pose().heading - heading - RADIUS * counted / track, expected)
     };
     let ((free, _), (kicked, expected)) = (leg(0.0), leg(0.05));
     assert!(expected < -1e-4 && ((kicked - free) / expected - 1.0).abs() < 0.05, "{} of {expected}", kicked - free);

@@ -1,5 +1,6 @@
 //! What can look wrong with a campaign, in plain words.
 
+use crate::dataset::runs_in_words;
 use std::fmt;
 
 /// One thing about a campaign that is hardly what was meant.
@@ -143,22 +144,12 @@ impl SuspicionKind {
     }
 }
 
-/// "run a", "runs a, b and c", "runs a, b, c, d and 301 more".
-fn names(runs: &[String]) -> String {
-    match runs {
-        [] => "dataset.toml".to_owned(),
-        [one] => format!("run {one}"),
-        [start @ .., last] if runs.len() <= 6 => format!("runs {} and {last}", start.join(", ")),
-        _ => format!("runs {} and {} more", runs[..4].join(", "), runs.len() - 4),
-    }
-}
-
 impl fmt::Display for Suspicion {
     /// What was seen, why it is suspicious, what to do.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         use SuspicionKind::*;
         let Suspicion { kind, runs, seen, expected } = self;
-        let (who, one) = (names(runs), runs.len() == 1);
+        let (who, one) = (runs_in_words(runs), runs.len() == 1);
         let s = if one { "s" } else { "" };
         match kind {
             DirectionLabel => write!(
