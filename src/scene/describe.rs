@@ -47,7 +47,7 @@ pub struct Description {
 const SQUASH: f64 = 0.02;
 /// Of critical.
 const DAMPING: f64 = 1.0 / 3.0;
-/// Squash of a caster under its load \[m\].
+/// Squash of a caster under its load \[m\], where it is not to give way to wheels.
 const CASTER_SQUASH: f64 = 1e-4;
 /// Width of a tyre that is not drawn, over its radius.
 const WIDTH: f64 = 0.4;
@@ -87,7 +87,12 @@ pub fn describe(file: &Path, text: &str, named: &str, name: &str, hints: &Hints)
     });
     for (side, word) in [(Side::Left, "left"), (Side::Right, "right")] {
         if !wheels.iter().any(|wheel| wheel.side == side) {
-            return Err(SceneError::NoWheels { urdf: file.to_owned(), side: word, joints: tree.joints() });
+            return Err(SceneError::NoWheels {
+                urdf: file.to_owned(),
+                side: word,
+                continuous: tree.continuous_joints(false),
+                about_x: tree.continuous_joints(true),
+            });
         }
     }
     name_wheels(&mut wheels);
@@ -122,12 +127,6 @@ pub fn describe(file: &Path, text: &str, named: &str, name: &str, hints: &Hints)
         return Err(SceneError::NoSupport { urdf: file.to_owned(), links: tree.links() });
     }
     assembly.check_clear(file, ground)?;
-    if !(rear..=front).contains(&robot.centre_of_mass) {
-        notes.push(format!(
-            "the centre of mass lies at x = {:.3} m and the robot stands on x = {rear:.3} to {front:.3} m: it tips",
-            robot.centre_of_mass
-        ));
-    }
     notes.extend(assembly.notes);
     let text = model_file(named, name, &wheels, &casters, &robot, hints);
     Ok(Description {
@@ -202,8 +201,6 @@ fn name_wheels(wheels: &mut [Wheel]) {
 /// What the parts come to.
 struct Whole {
     mass: f64,
-    /// Along x \[m\].
-    centre_of_mass: f64,
     track: f64,
     wheelbase: f64,
 }
@@ -215,12 +212,8 @@ impl Whole {
             of.iter().sum::<f64>() / of.len() as f64
         };
         let x = || wheels.iter().map(|wheel| wheel.at[0]);
-        let mass = assembly.mass();
-        let moment = assembly.chassis.mass * assembly.chassis.centre_of_mass.x
-            + assembly.wheels.iter().zip(wheels).map(|(mounted, wheel)| mounted.body.mass * wheel.at[0]).sum::<f64>();
         Whole {
-            mass,
-            centre_of_mass: moment / mass,
+            mass: assembly.mass(),
             track: mean(Side::Left) - mean(Side::Right),
             wheelbase: x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min),
         }
@@ -277,15 +270,24 @@ fn model_file(urdf: &str, name: &str, wheels: &[Wheel], casters: &[Ball], robot:
             line(format!("width_m = {:?}", stated(width)));
         }
     }
+    // Hard ones on both sides of the wheels would take the weight off them, which a robot's springs see to.
+    let wheels_at = |x: fn(f64, f64) -> f64, none: f64| wheels.iter().map(|wheel| wheel.at[0]).fold(none, x);
+    let (rear, front) = (wheels_at(f64::min, f64::INFINITY), wheels_at(f64::max, f64::NEG_INFINITY));
+    let about_wheels = casters.iter().any(|it| it.x > front) && casters.iter().any(|it| it.x < rear);
+    let (squash, why) = if about_wheels {
+        (SQUASH * radius, "as soft as tyres, to leave the wheels their load")
+    } else {
+        (CASTER_SQUASH, "hard")
+    };
     for caster in casters {
-        let stiffness = load / CASTER_SQUASH;
+        let stiffness = load / squash;
         line("\n[[casters]]".to_owned());
         line(format!("link = {}", quoted(&caster.link)));
         if let Some(joint) = &caster.swivel {
             line(format!("swivel = {}    # the joint that it turns about, its wheel trailing", quoted(joint)));
         }
         line(format!("radius_m = {:?}    # from its link's origin to the ground", stated(caster.radius)));
-        line(format!("vertical_stiffness_n_m = {:?}    # ASSUMED: hard", about(stiffness)));
+        line(format!("vertical_stiffness_n_m = {:?}    # ASSUMED: {why}", about(stiffness)));
         line(format!("vertical_damping_n_s_m = {:?}    # ASSUMED", about(damping(stiffness))));
         line("drag_coefficient = 0.0    # ASSUMED: it rolls freely".to_owned());
     }

@@ -41,6 +41,18 @@ pub enum SceneError {
         /// The parser's reason.
         source: Box<urdf_rs::UrdfError>,
     },
+    /// A URDF that cannot be read, in which a macro's expression was left.
+    #[error("{}: not a valid URDF: {source}; `{expression}` in line {line} is a xacro's: expand it first: xacro robot.urdf.xacro > robot.urdf", file.display())]
+    Unexpanded {
+        /// The file.
+        file: PathBuf,
+        /// Counted from 1.
+        line: usize,
+        /// As far as its bracket.
+        expression: String,
+        /// The parser's reason.
+        source: Box<urdf_rs::UrdfError>,
+    },
     /// A macro file where a URDF is wanted.
     #[error("{0}: is a xacro, not a URDF; expand it first: xacro {0} > robot.urdf", file.display())]
     Xacro {
@@ -48,15 +60,17 @@ pub enum SceneError {
         file: PathBuf,
     },
     /// A URDF in which no driven wheels are found on one side.
-    #[error("{}: no wheel stands on the {side}: none of its joints is continuous, turns about the lateral axis and hangs on the chassis there; its joints are: {}",
-        urdf.display(), joints.join(", "))]
+    #[error("{}: no wheel stands on the {side}: no continuous joint turns about the lateral axis and hangs on the chassis there; {}{}",
+        urdf.display(), they_are(continuous), faces_aside(about_x))]
     NoWheels {
         /// The URDF.
         urdf: PathBuf,
         /// `left` or `right`.
         side: &'static str,
-        /// The joints that exist.
-        joints: Vec<String>,
+        /// The joints that turn without end.
+        continuous: Vec<String>,
+        /// Those of them that turn about the x axis of the base.
+        about_x: Vec<String>,
     },
     /// A wheel that is drawn as no cylinder.
     #[error("{}: joint `{joint}`: its wheel is drawn without a cylinder or sphere, so its radius is not known; say --wheel-radius", urdf.display())]
@@ -257,4 +271,17 @@ pub enum WheelProblem {
         /// The parent link.
         parent: String,
     },
+}
+
+fn they_are(continuous: &[String]) -> String {
+    if continuous.is_empty() { "it has none".to_owned() } else { format!("they are: {}", continuous.join(", ")) }
+}
+
+/// A robot that is drawn with its wheels ahead and behind.
+fn faces_aside(about_x: &[String]) -> String {
+    if about_x.is_empty() {
+        String::new()
+    } else {
+        format!("; about the x axis turn: {}; x must point ahead of the robot (REP 103)", about_x.join(", "))
+    }
 }

@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::residue::Residue;
 use super::shape::{Body, PlacedShape, Placement};
 use super::tyre::Tyre;
-use super::{shipped, urdf};
+use super::{shipped, standing, urdf};
 use crate::odometry::OdometryParameters;
 use crate::strict::{non_negative, optional_non_negative, optional_positive, positive, share};
 use nalgebra::{Point3, UnitVector3, Vector3};
@@ -373,7 +373,7 @@ impl Robot {
                 drag_coefficient: caster.drag_coefficient,
             })
             .collect();
-        Ok(Robot {
+        let mut robot = Robot {
             name: model.name,
             file: source.file,
             chassis: assembly.chassis,
@@ -391,8 +391,11 @@ impl Robot {
             driver: model.driver,
             doubt: model.doubt,
             residues: Vec::new(),
-            notes: assembly.notes.into_iter().chain(rubs).collect(),
-        })
+            notes: assembly.notes,
+        };
+        let stands = standing::notes(&robot);
+        robot.notes.extend(rubs.into_iter().chain(stands));
+        Ok(robot)
     }
 
     /// Whole mass \[kg\].

@@ -5,6 +5,7 @@
 //! file's drivetrain.
 
 use super::error::{SceneError, SwivelProblem, WheelProblem};
+use super::left_out::LeftOut;
 use super::robot::{Side, Swivel};
 use super::shape::{Body, PlacedShape, Placement, Shape};
 use nalgebra::{Matrix3, Point3, Translation3, Unit, UnitQuaternion, UnitVector3, Vector3};
@@ -122,7 +123,11 @@ impl Tree {
     pub(super) fn parse(file: &Path, text: &str) -> Result<Tree, SceneError> {
         let robot = urdf_rs::read_from_string(text).map_err(|source| {
             let (file, source) = (file.to_owned(), Box::new(source));
-            if text.contains("<xacro:") { SceneError::Xacro { file } } else { SceneError::Urdf { file, source } }
+            match unexpanded(text) {
+                _ if text.contains("<xacro:") => SceneError::Xacro { file },
+                Some((line, expression)) => SceneError::Unexpanded { file, line, expression, source },
+                None => SceneError::Urdf { file, source },
+            }
         })?;
         let link_index: HashMap<String, usize> =
             robot.links.iter().enumerate().map(|(index, link)| (link.name.clone(), index)).collect();
@@ -166,7 +171,7 @@ impl Tree {
         }
 
         let root = self.root();
-        let mut notes = Vec::new();
+        let mut left_out = LeftOut::default();
         let mut chassis = Body::empty(&self.robot.links[root].name);
         let mut mounted: Vec<MountedWheel> = wheels.iter().map(|(_, wheel)| self.mount(wheel)).collect();
         let forks =
@@ -176,14 +181,14 @@ impl Tree {
         for (index, link) in self.robot.links.iter().enumerate() {
             if let Some((wheel, hub)) = self.carrier(index, &wheel_of_joint) {
                 let wheel_from_link = self.placements[hub].inv_mul(&self.placements[index]);
-                self.join(&mut mounted[wheel].body, link, wheel_from_link, true, &mut notes)?;
+                self.join(&mut mounted[wheel].body, link, wheel_from_link, true, &mut left_out)?;
                 continue;
             }
             let (known, drawn) = (chassis.collisions.len(), chassis.visuals.len());
             let is_of = |caster: &str| self.lineage(index).any(|link| self.robot.links[link].name == caster);
             let fork = forks.iter_mut().flatten().find(|fork| self.is_on(index, fork));
             let hits = fork.is_none() && !casters.iter().any(|(caster, _)| is_of(caster));
-            self.join(&mut chassis, link, self.placements[index], hits, &mut notes)?;
+            self.join(&mut chassis, link, self.placements[index], hits, &mut left_out)?;
             if let Some(Fork { base_from_fork, visuals, .. }) = fork {
                 let moved =
                     |shape: PlacedShape| PlacedShape { placement: base_from_fork.inv_mul(&shape.placement), ..shape };
@@ -199,7 +204,7 @@ impl Tree {
             let child = self.link_index[&joint.child.link];
             let swivels = forks.iter().flatten().any(|fork| self.is_on(child, fork));
             if moves && !swivels && !wheel_of_joint.contains_key(&joint_index) {
-                notes.push(format!("joint `{}` is no driven wheel's: held fixed at zero", joint.name));
+                left_out.held.push(joint.name.clone());
             }
         }
 
@@ -217,7 +222,7 @@ impl Tree {
             })
         });
         let casters = casters.collect::<Result<Vec<_>, SceneError>>()?;
-        Ok(Assembly { chassis, wheels: mounted, casters, notes, lowest })
+        Ok(Assembly { chassis, wheels: mounted, casters, notes: left_out.notes(), lowest })
     }
 
     /// The joint that a caster's link swivels about, if it is drawn with one that will do.
@@ -306,6 +311,16 @@ impl Tree {
         let has_child =
             |name: &str| self.robot.joints.iter().any(|joint| joint.parent.link == name && called(&joint.child.link));
         self.links().into_iter().filter(|name| called(name) && !has_child(name)).collect()
+    }
+
+    /// Joints that turn without end; of those only that do so on the chassis about its x axis.
+    pub(super) fn continuous_joints(&self, about_x: bool) -> Vec<String> {
+        let turns = |joint: &&urdf_rs::Joint| {
+            let axis = self.placements[self.link_index[&joint.child.link]].rotation * Vector3::from(*joint.axis.xyz);
+            let is_about_x = axis.x.abs() > 0.9 * axis.norm() && self.is_on_chassis(joint);
+            matches!(joint.joint_type, JointType::Continuous) && (is_about_x || !about_x)
+        };
+        self.robot.joints.iter().filter(turns).map(|joint| joint.name.clone()).collect()
     }
 
     pub(super) fn joints(&self) -> Vec<String> {
@@ -415,15 +430,16 @@ impl Tree {
         if !on_its_side {
             return fails(WheelProblem::WrongSide { y, side });
         }
-        let mut link = self.link_index[&joint.parent.link];
-        while let Some(above) = self.parent_joint[link] {
-            let above = &self.robot.joints[above];
-            if !matches!(above.joint_type, JointType::Fixed) {
-                return fails(WheelProblem::NotOnChassis { parent: joint.parent.link.clone() });
-            }
-            link = self.link_index[&above.parent.link];
+        if !self.is_on_chassis(joint) {
+            return fails(WheelProblem::NotOnChassis { parent: joint.parent.link.clone() });
         }
         Ok(index)
+    }
+
+    /// Whether nothing that moves lies between a joint and the root.
+    fn is_on_chassis(&self, joint: &urdf_rs::Joint) -> bool {
+        let mut above = self.lineage(self.link_index[&joint.parent.link]).filter_map(|link| self.parent_joint[link]);
+        above.all(|joint| matches!(self.robot.joints[joint].joint_type, JointType::Fixed))
     }
 
     /// The empty body of a wheel whose joint has been checked.
@@ -449,7 +465,7 @@ impl Tree {
         link: &Link,
         body_from_link: Placement,
         hits: bool,
-        notes: &mut Vec<String>,
+        left_out: &mut LeftOut,
     ) -> Result<(), SceneError> {
         let inertial = &link.inertial;
         let mass = inertial.mass.value;
@@ -485,6 +501,7 @@ impl Tree {
         }
         // What is drawn as meshes alone is shown as what it hits with.
         let undrawn = meshes > 0 && body.visuals.len() == drawn;
+        let mut meshes_hit = false;
         for collision in &link.collision {
             match placed(&collision.origin, &collision.geometry, None) {
                 Some(shape) => {
@@ -495,16 +512,16 @@ impl Tree {
                         body.collisions.push(shape);
                     }
                 }
-                None if hits => {
-                    notes.push(format!("link `{}`: a collision mesh is left out, it hits nothing there", link.name));
-                }
-                None => {}
+                None => meshes_hit = hits,
             }
         }
+        if meshes_hit {
+            left_out.hit_nothing.push(link.name.clone());
+        }
         if meshes > 0 {
-            let shown =
-                if undrawn && body.visuals.len() > drawn { "its collision shapes instead" } else { "nothing of them" };
-            notes.push(format!("link `{}`: {meshes} visual mesh(es) are left out, recordings show {shown}", link.name));
+            let otherwise = undrawn && body.visuals.len() > drawn;
+            let kind = if otherwise { &mut left_out.shown_otherwise } else { &mut left_out.not_shown };
+            kind.push(link.name.clone());
         }
         Ok(())
     }
@@ -561,6 +578,16 @@ impl Tree {
         }
         Ok(())
     }
+}
+
+/// Line and text of the first expression that a macro processor would have replaced.
+fn unexpanded(text: &str) -> Option<(usize, String)> {
+    let (line, at) = text.lines().zip(1..).find_map(|(words, line)| {
+        let at = ["$(", "${"].iter().filter_map(|opens| words.find(opens)).min()?;
+        Some((line, &words[at..]))
+    })?;
+    let end = at.find([')', '}']).map_or(at.len(), |end| end + 1);
+    Some((line, at[..end].to_owned()))
 }
 
 fn placement(pose: &urdf_rs::Pose) -> Placement {

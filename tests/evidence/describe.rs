@@ -5,7 +5,7 @@ use crate::rig;
 use nalgebra::{Point3, Vector3};
 use std::path::Path;
 use treadmark::dataset::{Protocol, Rotation};
-use treadmark::scene::{Robot, Scene};
+use treadmark::scene::{GRAVITY, Robot, Scene};
 
 /// The URDF of a shipped robot, in a folder of its own.
 fn shipped(folder: &Path, name: &str) -> String {
@@ -101,7 +101,7 @@ fn a_robot_as_makers_draw_it_stands_and_rolls() {
     );
     std::fs::write(at.join("meshed.urdf"), meshed).expect("it can be written");
     let (_, stderr) = described(at, &["meshed.urdf"]);
-    assert!(stderr.contains("link `base_link`: 1 visual mesh(es) are left out, recordings show its collision shapes"));
+    assert!(stderr.contains("link `base_link`: visual meshes are left out, recordings show collision shapes instead"));
     let meshed = Robot::load(&at.join("meshed.toml").to_string_lossy()).expect("it loads");
     assert_eq!(meshed.chassis.collisions, robot.chassis.collisions);
     assert_eq!(meshed.chassis.visuals.len(), robot.chassis.visuals.len() + 1);
@@ -121,6 +121,59 @@ fn a_robot_as_makers_draw_it_stands_and_rolls() {
     // It stands on wheels and caster alone, rolls by its tyres' radius, goes straight, and turns as theory has it.
     let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
+}
+
+/// Hard casters ahead and behind would hold the wheels off the floor that they are to pull on: they are given springs, and whoever
+/// makes them hard, or leaves the centre of mass outside, is told.
+#[test]
+fn casters_ahead_and_behind_leave_the_wheels_their_load() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let back = r#"<link name="back_castor">"#;
+    let front = r#"<joint name="front_joint" type="fixed"><parent link="base_link"/><child link="front_castor"/>
+        <origin xyz="0.06 0 -0.012"/></joint><link name="front_castor"/>"#;
+    std::fs::write(at.join("little.urdf"), DRAWN.replace(back, &format!("{front}{back}"))).expect("it can be written");
+    let (_, stderr) = described(at, &["little.urdf"]);
+    assert!(!stderr.contains("weight") && !stderr.contains("tips"), "{stderr}");
+
+    // The mass centre is 18.75 mm behind the axle; springs alike at 60, 0, 0 and −100 mm, in units of W: with F = k (u − a x),
+    // 4 u + 40 a = 1/k and 40 u + 13600 a = 18.75/k.
+    let (moment, square, behind) = (-0.04, 0.0136, -0.02 * 1.2 / 1.28);
+    let slope = (behind - 0.25 * moment) / (square - 0.25 * moment * moment);
+    let level = 0.25 * (1.0 - slope * moment);
+    let model = std::fs::read_to_string(at.join("little.toml")).expect("it was written");
+    let on_wheels = |model: &str| {
+        std::fs::write(at.join("little.toml"), model).expect("it can be written");
+        let scene = Scene::load(&at.join("little.toml").to_string_lossy(), "lab_floor").expect("it loads").noise_free();
+        let mut world = rig::settled(&scene);
+        rig::step_for(&mut world, 1.0);
+        let mut wheels = Vec::new();
+        world.wheel_snapshots(&mut wheels);
+        wheels.iter().map(|wheel| wheel.load).sum::<f64>() / (scene.robot.mass() * GRAVITY)
+    };
+    let soft = on_wheels(&model);
+    assert!((soft / (2.0 * level) - 1.0).abs() < 0.01, "{soft} of {}", 2.0 * level);
+
+    let robot = Robot::load(&at.join("little.toml").to_string_lossy()).expect("it loads");
+    let (own, squash) = (robot.casters[0].vertical_stiffness, 30.0);
+    let hard = model.replace(
+        &format!("vertical_stiffness_n_m = {own:?}    # ASSUMED: as soft as tyres"),
+        &format!("vertical_stiffness_n_m = {:?}    # as soft as tyres", squash * own),
+    );
+    assert_eq!(hard.matches("# as soft").count(), 2);
+    let share = on_wheels(&hard);
+    let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
+    let told = text(&output.stderr);
+    let expected = format!("its driven wheels carry {:.0} % of its weight and its casters the rest", 100.0 * share);
+    assert!(share < 0.1 && told.contains(&expected), "{share}: {told}");
+
+    std::fs::write(at.join("heavy.urdf"), DRAWN.replace("xyz=\"-0.02 0 0.03\"", "xyz=\"-0.12 0 0.03\""))
+        .expect("it can be written");
+    let (_, stderr) = described(at, &["heavy.urdf"]);
+    assert!(
+        stderr.contains("the centre of mass lies at x = -0.112 m, y = 0.000 m") && stderr.contains("it tips"),
+        "{stderr}"
+    );
 }
 
 /// A fork that turns on a bolt, drawn with its wheel aside: what swivels is found, moved behind, and shown apart from the chassis.
@@ -184,7 +237,17 @@ fn what_makes_no_robot_is_told() {
         (
             DRAWN.replace("continuous", "fixed"),
             &[],
-            &["no wheel stands on the left", "its joints are: base_joint, left_joint, "],
+            &["no wheel stands on the left", "hangs on the chassis there; it has none"],
+        ),
+        (
+            DRAWN.replace("0 0.09 0.016\" rpy=\"-1.57 0 0\"", "0.09 0 0.016\" rpy=\"0 1.57 0\""),
+            &[],
+            &["no wheel stands on the left", "about the x axis turn: left_joint; x must point ahead"],
+        ),
+        (
+            DRAWN.replace("xyz=\"-0.02 0 0.03\"", "xyz=\"$(arg back) 0 0.03\""),
+            &[],
+            &["robot.urdf: not a valid URDF", "`$(arg back)` in line 5 is a xacro's"],
         ),
         (
             DRAWN.replace(cylinder, r#"<mesh filename="wheel.stl"/>"#),
