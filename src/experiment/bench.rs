@@ -61,15 +61,16 @@ fn command(world: &mut World, left: f64, right: f64) {
 
 /// Mean wheel rotation since the start of the left and right sides \[rad\].
 pub fn rotation(world: &World) -> [f64; 2] {
-    by_side(world.scene(), |wheel| world.wheel_angle(wheel))
+    by_side(world.scene(), |_| 1.0, |wheel| world.wheel_angle(wheel))
 }
 
-/// Mean of `value` over the wheels of the left and of the right side.
-fn by_side(scene: &Scene, value: impl Fn(usize) -> f64) -> [f64; 2] {
+/// Mean of `value` over the wheels of the left and of the right side, which count by `weight`.
+fn by_side(scene: &Scene, weight: impl Fn(usize) -> f64, value: impl Fn(usize) -> f64) -> [f64; 2] {
     [Side::Left, Side::Right].map(|side| {
         let wheels = scene.robot.wheels.iter().enumerate().filter(|(_, wheel)| wheel.side == side);
-        let (sum, count) = wheels.fold((0.0, 0.0), |(sum, count), (index, _)| (sum + value(index), count + 1.0));
-        sum / count
+        let (sum, whole) = wheels
+            .fold((0.0, 0.0), |(sum, whole), (index, _)| (sum + weight(index) * value(index), whole + weight(index)));
+        sum / whole
     })
 }
 
@@ -79,7 +80,8 @@ pub struct Steady {
     /// Rotation of the left and right wheels, mean of each side \[rad\].
     pub rotation: [f64; 2],
     /// Way of the treads of the left and right wheels, R_e of each under its load at rest times its rotation, mean of
-    /// each side \[m\].
+    /// each side \[m\]. Wheels count by their loads: a brush pulls as its slip times its load, and those of a side pull against
+    /// each other where their radii differ.
     pub way: [f64; 2],
     /// Turn of the body \[rad\].
     pub turned: f64,
@@ -103,7 +105,7 @@ impl Steady {
         (self.way[1] - self.way[0]) / self.turned
     }
 
-    /// R − δ/3 by the tyres' closed form, mean of the wheels under their loads at rest \[m\].
+    /// R − δ/3 by the tyres' closed form, mean of the wheels under their loads at rest, by their loads \[m\].
     pub fn rolling_radius_at_rest(&self) -> f64 {
         (self.way[0] + self.way[1]) / (self.rotation[0] + self.rotation[1])
     }
@@ -180,11 +182,15 @@ pub fn steady(scene: &Scene, left: f64, right: f64, wait: f64, seconds: f64) -> 
     let turned_by = |wheel: usize| world.wheel_angle(wheel) - angles[wheel];
     let share = robot.mass() * GRAVITY / robot.wheels.len() as f64;
     Ok(Steady {
-        rotation: by_side(scene, turned_by),
-        way: by_side(scene, |wheel| {
-            let tyre = &robot.wheels[wheel].tyre;
-            tyre.rolling_radius(tyre.squash(loads[wheel])) * turned_by(wheel)
-        }),
+        rotation: by_side(scene, |_| 1.0, turned_by),
+        way: by_side(
+            scene,
+            |wheel| loads[wheel],
+            |wheel| {
+                let tyre = &robot.wheels[wheel].tyre;
+                tyre.rolling_radius(tyre.squash(loads[wheel])) * turned_by(wheel)
+            },
+        ),
         turned: world.pose().heading - heading,
         distance,
         seconds: steps * scene.time_step,

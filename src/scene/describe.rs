@@ -1,7 +1,7 @@
 //! URDF → a model file to begin with: what the URDF says, and a marked assumption for each thing that it does not.
 //!
 //! Assumptions are scaled from the robot's weight, wheels and track as the shipped robots have them: tyres that squash by a
-//! fiftieth of their radius, damped at a third of critical; motors that could drag the robot on twice its weight; a driver that
+//! fiftieth of their radius, damped at a third of critical, and at more where a tall robot would rock on; motors that could drag the robot on twice its weight; a driver that
 //! goes as fast as a robot of that track does in a lab. Validated by `describe` in the tests: the shipped robots' own URDFs come
 //! back as the wheels that their model files have, and drive.
 
@@ -10,6 +10,7 @@ use super::error::SceneError;
 use super::robot::Side;
 use super::urdf::{Assembly, Candidate, Tree, WheelJoint};
 use crate::odometry::OdometryParameters;
+use nalgebra::Vector3;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -45,8 +46,10 @@ pub struct Description {
 
 /// Squash of a tyre under its load, over its radius.
 const SQUASH: f64 = 0.02;
-/// Of critical.
-const DAMPING: f64 = 1.0 / 3.0;
+/// Damping of what a robot stands on, of critical, and at most.
+const DAMPING: [f64; 2] = [1.0 / 3.0, 1.0];
+/// Rate at which it stops rocking at least \[1/s\]: 3 % are left after the half second before a run.
+const CALMING: f64 = 7.0;
 /// Squash of a caster under its load \[m\], where it is not to give way to wheels.
 const CASTER_SQUASH: f64 = 1e-4;
 /// Width of a tyre that is not drawn, over its radius.
@@ -103,7 +106,7 @@ pub fn describe(file: &Path, text: &str, named: &str, name: &str, hints: &Hints)
         let at = tree.link_origin(file, &link)?;
         let radius = at.z - ground;
         if radius > 1e-3 {
-            casters.push(Ball { swivel: tree.swivel_of(&link), link, x: at.x, radius });
+            casters.push(Ball { swivel: tree.swivel_of(&link), link, at: [at.x, at.y], radius });
         } else {
             notes.push(format!(
                 "link `{link}` lies {:.3} m below the ground that the wheels stand on: no caster",
@@ -118,9 +121,9 @@ pub fn describe(file: &Path, text: &str, named: &str, name: &str, hints: &Hints)
         .collect();
     let on_casters: Vec<_> = casters.iter().map(|caster| (caster.link.clone(), caster.swivel.clone())).collect();
     let assembly = tree.assemble(file, &mounted, &on_casters)?;
-    let robot = Whole::of(&wheels, &assembly);
+    let robot = Whole::of(&wheels, &assembly, ground);
     let stands_on: Vec<f64> =
-        wheels.iter().map(|wheel| wheel.at[0]).chain(casters.iter().map(|caster| caster.x)).collect();
+        wheels.iter().map(|wheel| wheel.at[0]).chain(casters.iter().map(|caster| caster.at[0])).collect();
     let rear = stands_on.iter().copied().fold(f64::INFINITY, f64::min);
     let front = stands_on.iter().copied().fold(f64::NEG_INFINITY, f64::max);
     if front - rear < 1e-3 {
@@ -167,7 +170,8 @@ struct Ball {
     link: String,
     /// The joint that it swivels about.
     swivel: Option<String>,
-    x: f64,
+    /// In the base frame \[m\].
+    at: [f64; 2],
     radius: f64,
 }
 
@@ -203,20 +207,57 @@ struct Whole {
     mass: f64,
     track: f64,
     wheelbase: f64,
+    /// Above this point of the ground lies the centre of mass, x and y \[m\].
+    stands_over: [f64; 2],
+    /// Moments of inertia about it, in pitch and in roll \[kg m²\].
+    rocking: [f64; 2],
 }
 
 impl Whole {
-    fn of(wheels: &[Wheel], assembly: &Assembly) -> Whole {
+    fn of(wheels: &[Wheel], assembly: &Assembly, ground: f64) -> Whole {
         let mean = |side| {
             let of: Vec<f64> = wheels.iter().filter(|wheel| wheel.side == side).map(|wheel| wheel.at[1]).collect();
             of.iter().sum::<f64>() / of.len() as f64
         };
         let x = || wheels.iter().map(|wheel| wheel.at[0]);
+        let turned = assembly.wheels.iter().map(|wheel| {
+            let (body, rotation) = (&wheel.body, wheel.base_from_wheel.rotation.to_rotation_matrix());
+            (body.mass, wheel.base_from_wheel * body.centre_of_mass, rotation * body.inertia * rotation.transpose())
+        });
+        let chassis = &assembly.chassis;
+        let parts = || turned.clone().chain([(chassis.mass, chassis.centre_of_mass, chassis.inertia)]);
+        let mass = assembly.mass();
+        let centre = parts().map(|(mass, at, _)| mass * at.coords).sum::<Vector3<f64>>() / mass;
+        let foot = Vector3::new(centre.x, centre.y, ground);
+        let rocking = parts().fold([0.0; 2], |[pitch, roll], (mass, at, inertia)| {
+            let off = at.coords - foot;
+            [
+                pitch + inertia.m22 + mass * (off.x * off.x + off.z * off.z),
+                roll + inertia.m11 + mass * (off.y * off.y + off.z * off.z),
+            ]
+        });
         Whole {
-            mass: assembly.mass(),
+            mass,
+            stands_over: [foot.x, foot.y],
+            rocking,
             track: mean(Side::Left) - mean(Side::Right),
             wheelbase: x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min),
         }
+    }
+}
+
+impl Whole {
+    /// Damping of its springs, of critical, at which it stops rocking at [`CALMING`]: on dampers c at distances a from the axis
+    /// that a moment of inertia I rocks about, Σ c a²/(2 I). `springs` are where they stand and what is critical of them.
+    fn damping(&self, springs: impl Iterator<Item = ([f64; 2], f64)>) -> f64 {
+        let mut resists = [0.0; 2];
+        for (at, critical) in springs {
+            for axis in 0..2 {
+                resists[axis] += critical * (at[axis] - self.stands_over[axis]).powi(2);
+            }
+        }
+        let [usual, most] = DAMPING;
+        (0..2).map(|axis| 2.0 * self.rocking[axis] * CALMING / resists[axis]).fold(usual, f64::max).min(most)
     }
 }
 
@@ -237,8 +278,22 @@ fn model_file(urdf: &str, name: &str, wheels: &[Wheel], casters: &[Ball], robot:
     let quoted = |text: &str| toml::Value::from(text).to_string();
     let radius = wheels[0].radius;
     let load = robot.mass * GRAVITY / (wheels.len() + casters.len()) as f64;
-    let damping = |stiffness: f64| 2.0 * DAMPING * (stiffness * load / GRAVITY).sqrt();
     let stiffness = load / (SQUASH * radius);
+    // Hard casters on both sides of the wheels would take the weight off them, which a robot's springs see to.
+    let wheels_at = |x: fn(f64, f64) -> f64, none: f64| wheels.iter().map(|wheel| wheel.at[0]).fold(none, x);
+    let (rear, front) = (wheels_at(f64::min, f64::INFINITY), wheels_at(f64::max, f64::NEG_INFINITY));
+    let about_wheels = casters.iter().any(|it| it.at[0] > front) && casters.iter().any(|it| it.at[0] < rear);
+    let (squash, why) = if about_wheels {
+        (SQUASH * radius, "as soft as tyres, to leave the wheels their load")
+    } else {
+        (CASTER_SQUASH, "hard")
+    };
+    let of_casters = load / squash;
+    let critical = |stiffness: f64| 2.0 * (stiffness * load / GRAVITY).sqrt();
+    let springs = wheels.iter().map(|wheel| ([wheel.at[0], wheel.at[1]], stiffness));
+    let springs = springs.chain(casters.iter().map(|caster| (caster.at, of_casters)));
+    let share = robot.damping(springs.map(|(at, stiffness)| (at, critical(stiffness))));
+    let damping = |stiffness: f64| share * critical(stiffness);
     let mut file = String::new();
     let mut line = |words: String| {
         let _ = writeln!(file, "{words}");
@@ -256,7 +311,7 @@ fn model_file(urdf: &str, name: &str, wheels: &[Wheel], casters: &[Ball], robot:
         None => line(format!("width_m = {:?}    # ASSUMED: the URDF draws no cylinder", about(WIDTH * radius))),
     }
     line(format!("vertical_stiffness_n_m = {:?}    # ASSUMED: squashed by a fiftieth of its radius", about(stiffness)));
-    line(format!("vertical_damping_n_s_m = {:?}    # ASSUMED: a third of critical", about(damping(stiffness))));
+    line(format!("vertical_damping_n_s_m = {:?}    # ASSUMED: {:.2} of critical", about(damping(stiffness)), share));
     line("slip_stiffness = 15.0    # ASSUMED: rubber".to_owned());
     line("friction_along = 0.8    # ASSUMED: rubber on a clean floor".to_owned());
     line("friction_across = 0.8    # ASSUMED".to_owned());
@@ -270,25 +325,15 @@ fn model_file(urdf: &str, name: &str, wheels: &[Wheel], casters: &[Ball], robot:
             line(format!("width_m = {:?}", stated(width)));
         }
     }
-    // Hard ones on both sides of the wheels would take the weight off them, which a robot's springs see to.
-    let wheels_at = |x: fn(f64, f64) -> f64, none: f64| wheels.iter().map(|wheel| wheel.at[0]).fold(none, x);
-    let (rear, front) = (wheels_at(f64::min, f64::INFINITY), wheels_at(f64::max, f64::NEG_INFINITY));
-    let about_wheels = casters.iter().any(|it| it.x > front) && casters.iter().any(|it| it.x < rear);
-    let (squash, why) = if about_wheels {
-        (SQUASH * radius, "as soft as tyres, to leave the wheels their load")
-    } else {
-        (CASTER_SQUASH, "hard")
-    };
     for caster in casters {
-        let stiffness = load / squash;
         line("\n[[casters]]".to_owned());
         line(format!("link = {}", quoted(&caster.link)));
         if let Some(joint) = &caster.swivel {
             line(format!("swivel = {}    # the joint that it turns about, its wheel trailing", quoted(joint)));
         }
         line(format!("radius_m = {:?}    # from its link's origin to the ground", stated(caster.radius)));
-        line(format!("vertical_stiffness_n_m = {:?}    # ASSUMED: {why}", about(stiffness)));
-        line(format!("vertical_damping_n_s_m = {:?}    # ASSUMED", about(damping(stiffness))));
+        line(format!("vertical_stiffness_n_m = {:?}    # ASSUMED: {why}", about(of_casters)));
+        line(format!("vertical_damping_n_s_m = {:?}    # ASSUMED", about(damping(of_casters))));
         line("drag_coefficient = 0.0    # ASSUMED: it rolls freely".to_owned());
     }
 
