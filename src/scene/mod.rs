@@ -7,6 +7,7 @@ mod describe;
 mod empirical;
 mod error;
 mod floor;
+mod inertia;
 mod left_out;
 mod residue;
 mod robot;

@@ -8,7 +8,7 @@ use super::error::SceneError;
 use super::residue::Residue;
 use super::shape::{Body, PlacedShape, Placement};
 use super::tyre::Tyre;
-use super::{shipped, standing, urdf};
+use super::{inertia, shipped, standing, urdf};
 use crate::odometry::OdometryParameters;
 use crate::strict::{non_negative, optional_non_negative, optional_positive, positive, share};
 use nalgebra::{Point3, UnitVector3, Vector3};
@@ -394,7 +394,8 @@ impl Robot {
             notes: assembly.notes,
         };
         let stands = standing::notes(&robot);
-        robot.notes.extend(rubs.into_iter().chain(stands));
+        let unbelievable = inertia::notes(&robot);
+        robot.notes.extend(rubs.into_iter().chain(stands).chain(unbelievable));
         Ok(robot)
     }
 

@@ -176,6 +176,31 @@ fn casters_ahead_and_behind_leave_the_wheels_their_load() {
     );
 }
 
+/// URDFs are published with inertias that nobody looked up; such a robot is drawn well and drives as nothing does.
+#[test]
+fn inertias_that_no_such_robot_has_are_told() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let wheel = r#"ixx="2e-5" ixy="0" ixz="0" iyy="2e-5" iyz="0" izz="3e-5""#;
+    let body = r#"ixx="0.004" ixy="0" ixz="0" iyy="0.004" iyz="0" izz="0.005""#;
+    let placeholder = |value: f64| format!(r#"ixx="{value}" ixy="0" ixz="0" iyy="{value}" iyz="0" izz="{value}""#);
+    for (own, value, told) in [
+        (
+            wheel,
+            0.01,
+            "wheel `left`: its moment of inertia about its axle, 1.000e-2 kg m², is that of its 0.040 kg at 500 mm",
+        ),
+        (body, 1e-5, "chassis: its moment of inertia in yaw, 1.000e-5 kg m², is that of its 1.200 kg at 3 mm"),
+    ] {
+        std::fs::write(at.join("little.urdf"), DRAWN.replace(own, &placeholder(value))).expect("it can be written");
+        let (_, stderr) = described(at, &["little.urdf"]);
+        assert!(stderr.contains(told), "{stderr}");
+        std::fs::remove_file(at.join("little.toml")).expect("it was written");
+    }
+    std::fs::write(at.join("little.urdf"), DRAWN).expect("it can be written");
+    assert!(!described(at, &["little.urdf"]).1.contains("placeholder"));
+}
+
 /// A fork that turns on a bolt, drawn with its wheel aside: what swivels is found, moved behind, and shown apart from the chassis.
 const FORK: &str = r#"<joint name="bolt" type="continuous"><parent link="base_link"/><child link="fork"/>
     <origin xyz="-0.08 0 0.01"/><axis xyz="0 0 1"/></joint>
