@@ -214,7 +214,7 @@ impl<'m> Study<'m> {
         options: Options,
         progress: &'m (dyn Fn(usize, usize) + Sync),
     ) -> Result<Study<'m>, ForwardError> {
-        let Runs { cases, used, left_out, prior_noise } = runs;
+        let Runs { cases, used, mut left_out, prior_noise } = runs;
         let scene = model.scene();
         let (clusters, conditions) = case::clusters(&cases, scene.robot.tyre_growth != 0.0);
         // Candidates, and what is plausible of them, are those of the runs that are explained. Cases that are held out come last,
@@ -226,6 +226,7 @@ impl<'m> Study<'m> {
         };
         let mut surrogate =
             Surrogate::new(&model, &cases, &clusters, used_clusters, &mut variants, candidates, progress)?;
+        left_out.append(&mut surrogate.refused);
         let (features, speed) = surrogate.sizes(&clusters[..used_clusters]);
         for part in TwistPart::ALL {
             // A hundredth of the speed, or so many radians a metre.

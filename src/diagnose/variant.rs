@@ -18,6 +18,8 @@ pub(super) const RELATIVE: usize = 6;
 pub(super) enum Role {
     /// A candidate of the catalogue.
     Cause,
+    /// One that the model cannot be driven with, as a load that tips the robot: it explains nothing.
+    Refused,
     /// A term of the body's twist in place of a cause, for a coefficient of 1.
     Term(EmpiricalTerm),
     /// In doubt: what a calibration finds.
@@ -273,6 +275,11 @@ impl Variant {
     /// Whether it is a cause that the robot feels.
     pub fn is_physical(&self) -> bool {
         self.is_cause() && !self.effect.is_survey()
+    }
+
+    /// Takes it from the candidates.
+    pub fn refuse(&mut self) {
+        self.role = Role::Refused;
     }
 
     /// Whether it is a cause that can be named.

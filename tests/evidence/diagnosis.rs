@@ -560,19 +560,18 @@ fn counts_that_are_later_than_a_curve_knows_are_all_that_is_wrong() {
     assert!(sure >= 2, "{sure} of three are sure");
 }
 
-/// A model that cannot be driven on a slope with unequal tyres, though with either: another robot would tip over.
+/// A model that cannot be driven in some scenes.
 struct Fragile<'s> {
     simulator: Simulator<'s>,
+    tips: fn(&Scene) -> bool,
     refused: AtomicUsize,
 }
 
-impl Fragile<'_> {
-    fn tips(scene: &Scene) -> bool {
-        let radius =
-            |side: Side| scene.robot.wheels.iter().find(|wheel| wheel.side == side).map(|it| it.tyre.free_radius);
-        let [Some(left), Some(right)] = [Side::Left, Side::Right].map(radius) else { return false };
-        scene.floor.gradient > 0.005 && (right / left - 1.0).abs() > 0.003
-    }
+/// On a slope with unequal tyres, though with either: another robot would tip over.
+fn sloping_and_unequal(scene: &Scene) -> bool {
+    let radius = |side: Side| scene.robot.wheels.iter().find(|wheel| wheel.side == side).map(|it| it.tyre.free_radius);
+    let [Some(left), Some(right)] = [Side::Left, Side::Right].map(radius) else { return false };
+    scene.floor.gradient > 0.005 && (right / left - 1.0).abs() > 0.003
 }
 
 impl ForwardModel for Fragile<'_> {
@@ -581,7 +580,7 @@ impl ForwardModel for Fragile<'_> {
     }
 
     fn trace(&self, scene: &Scene, run: &Run, counted: &OdometryParameters) -> Result<Trace, ForwardError> {
-        if Fragile::tips(scene) {
+        if (self.tips)(scene) {
             self.refused.fetch_add(1, Ordering::Relaxed);
             return Err(ForwardError("it tips over".into()));
         }
@@ -608,13 +607,31 @@ fn causes_that_cannot_be_driven_together_are_no_answer() {
     let dataset = small(squares(&world, &base(), DataKind::EndPoints, 48));
     let mut given = base();
     given.robot.doubt = Doubt::default().of_usual_tyres();
-    let model = Fragile { simulator: Simulator::new(&given, &GO_ON), refused: AtomicUsize::new(0) };
+    let simulator = Simulator::new(&given, &GO_ON);
+    let model = Fragile { simulator, tips: sloping_and_unequal, refused: AtomicUsize::new(0) };
     let mut study = Study::new(&[dataset], &[], &model, Options::default(), None, &|_, _| {}).expect("it is data");
     let found = study.diagnose().expect("it can be diagnosed");
     assert!(model.refused.load(Ordering::Relaxed) > 0, "{:#?}", found.ranking);
-    assert!(!Fragile::tips(&Cause::edit_all(&found.causes, &given)), "{:#?}", found.causes);
+    assert!(!sloping_and_unequal(&Cause::edit_all(&found.causes, &given)), "{:#?}", found.causes);
     let one = |id: &str| found.findings.iter().any(|finding| finding.effect == id);
     assert!(one("floor_slope") || one("wheel_diameter_mismatch"), "{:#?}", found.ranking);
+}
+
+/// A cause that tips the robot by itself is none of its causes, and no end of a diagnosis either: the others are weighed, and the
+/// reader is told which was not.
+#[test]
+fn a_cause_that_cannot_be_driven_is_left_out() {
+    let world = Cause::edit_all(&[cause("wheel_diameter_mismatch", 0.005)], &base());
+    let dataset = small(squares(&world, &base(), DataKind::EndPoints, 48));
+    let given = base();
+    let simulator = Simulator::new(&given, &GO_ON);
+    let leans: fn(&Scene) -> bool = |scene| scene.robot.chassis.centre_of_mass.y.abs() > 1e-4;
+    let model = Fragile { simulator, tips: leans, refused: AtomicUsize::new(0) };
+    let mut study = Study::new(&[dataset], &[], &model, Options::default(), None, &|_, _| {}).expect("it is data");
+    let found = study.diagnose().expect("it can be diagnosed");
+    assert!(found.findings.iter().any(|finding| finding.effect == "wheel_diameter_mismatch"), "{:#?}", found.ranking);
+    assert_eq!(found.left_out, ["the cause load_offset_lateral: with it, it tips over"]);
+    assert!(found.blind_to.iter().all(|blind| blind.effect != "load_offset_lateral"));
 }
 
 /// A spot moves the end of a square otherwise from one few centimetres to the next, and turns about as its grip falls: at a corner

@@ -442,11 +442,7 @@ impl Surrogate {
             given.robot.tyre_growth = 0.0;
             run.started = Some(3600.0);
         }
-        let trace = model.trace(&edited(&given, variants, at), &run, &case.counted);
-        let trace = trace.map_err(|error| {
-            let tried: Vec<String> = at.iter().map(|(axis, _)| variants[axis.variant].label()).collect();
-            ForwardError(format!("the model with {}: {error}", tried.join(" and ")).into())
-        })?;
+        let trace = model.trace(&edited(&given, variants, at), &run, &case.counted)?;
         Ok(self.changed(cluster, case, &trace))
     }
 

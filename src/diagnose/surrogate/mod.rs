@@ -67,6 +67,8 @@ pub(super) struct Surrogate {
     on_tyres: BTreeMap<(usize, usize), Vec<Step>>,
     /// What spots do where they are come upon elsewhere.
     elsewhere: BTreeMap<(usize, Axis), Elsewhere>,
+    /// Causes that the model cannot be driven with, each with the reason, in plain words.
+    pub refused: Vec<String>,
 }
 
 /// Change of a cluster's steps beyond what a spot of one size does, where a run comes upon it [`spots::STRAY`] farther west, and
@@ -78,7 +80,8 @@ struct Elsewhere {
 
 impl Surrogate {
     /// Simulates every run of `cases` as given, and every cluster under every variant; to `variants` come spots on the floor,
-    /// which need ways first: those of the first clusters, so many as are `used`.
+    /// which need ways first: those of the first clusters, so many as are `used`. From its causes go those that the model cannot
+    /// be driven with.
     pub fn new(
         model: &dyn ForwardModel,
         cases: &[Case],
@@ -157,8 +160,18 @@ impl Surrogate {
         let (on_tyres, elsewhere) = (BTreeMap::new(), BTreeMap::new());
         let unsteadiness = way::unsteadiness(clusters[..used].iter().map(|cluster| &ways[cluster.reference]));
         let survey = scene.survey;
-        let mut surrogate =
-            Surrogate { survey, responses, ways, unsteadiness, most_turning, even, wavy, on_tyres, elsewhere };
+        let mut surrogate = Surrogate {
+            survey,
+            responses,
+            ways,
+            unsteadiness,
+            most_turning,
+            even,
+            wavy,
+            on_tyres,
+            elsewhere,
+            refused: Vec::new(),
+        };
         let axes = axes(variants, cases);
         let to_simulate: Vec<(usize, Axis)> = unknown
             .iter()
@@ -201,7 +214,7 @@ impl Surrogate {
             })
             .collect::<Result<Vec<Vec<Response>>, ForwardError>>()?
             .concat();
-        let whole: Vec<Response> = causes
+        let whole: Vec<Result<Response, ForwardError>> = causes
             .par_iter()
             .map(|&(cluster, axis)| {
                 let nodes = values(axis).into_iter().map(|at| {
@@ -211,10 +224,32 @@ impl Surrogate {
                 });
                 Ok(Response::smooth(nodes.collect::<Result<_, ForwardError>>()?))
             })
-            .collect::<Result<_, ForwardError>>()?;
-        for ((cluster, axis), response) in spots.into_iter().zip(in_passing).chain(causes.into_iter().zip(whole)) {
+            .collect();
+        for ((cluster, axis), response) in spots.into_iter().zip(in_passing) {
             surrogate.responses[cluster].of_axis.insert(axis, response);
         }
+        let mut refused: BTreeMap<usize, ForwardError> = BTreeMap::new();
+        for ((cluster, axis), response) in causes.into_iter().zip(whole) {
+            let response = match response {
+                Ok(response) => response,
+                Err(error) if variants[axis.variant].is_cause() => {
+                    // Whoever interrupts a diagnosis stops the model as given, too.
+                    let case = &cases[clusters[cluster].reference];
+                    model.trace(scene, &case.run, &case.counted)?;
+                    refused.entry(axis.variant).or_insert(error);
+                    let nothing = vec![Step::default(); surrogate.ways[clusters[cluster].reference].steps.len()];
+                    let nodes = values(axis).into_iter().map(|at| Node::own(at, nothing.clone()));
+                    Response::smooth(nodes.collect())
+                }
+                Err(error) => return Err(error),
+            };
+            surrogate.responses[cluster].of_axis.insert(axis, response);
+        }
+        for (variant, error) in refused {
+            variants[variant].refuse();
+            surrogate.refused.push(format!("the cause {}: with it, {error}", variants[variant].label()));
+        }
+        let bench = Bench { model, cases, clusters, variants };
         surrogate.look_farther(bench, &unknown, used);
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.iter().copied().filter(turns_back).collect();
