@@ -119,7 +119,11 @@ fn against(check: &Check) -> String {
 }
 
 fn number(value: f64) -> String {
-    if value == 0.0 || (0.01..1e4).contains(&value.abs()) { format!("{value:.2}") } else { format!("{value:.1e}") }
+    match value.abs() {
+        size if (0.01..1.0).contains(&size) => format!("{value:.3}"),
+        size if size == 0.0 || (1.0..1e4).contains(&size) => format!("{value:.2}"),
+        _ => format!("{value:.1e}"),
+    }
 }
 
 fn in_words(cause: &str) -> &str {
