@@ -265,8 +265,10 @@ pub enum WheelProblem {
         /// Stated side.
         side: &'static str,
     },
-    /// It does not hang on the chassis.
-    #[error("hangs on `{parent}`, which itself moves; a driven wheel's parent is the chassis or fixed to it")]
+    /// It hangs on what turns about an axis that is not lateral.
+    #[error(
+        "hangs on `{parent}`, which itself turns; a driven wheel's parent is the chassis, fixed to it or a suspension"
+    )]
     NotOnChassis {
         /// The parent link.
         parent: String,

@@ -77,6 +77,9 @@ const DRAWN: f64 = 1e-4;
 /// Trail that a swivel has at least \[m\]: of less, a wheel turns about within a step or two at any speed that robots go.
 const LEAST_TRAIL: f64 = 5e-3;
 
+/// How far an axle may point off the lateral axis.
+const LATERAL: f64 = 0.9397; // cos 20°
+
 /// How far the axis of a swivel may lean.
 const UPRIGHT: f64 = 0.9998; // cos 1°
 
@@ -254,9 +257,8 @@ impl Tree {
         if !matches!(found.joint_type, JointType::Continuous | JointType::Revolute) {
             return Err(fails(SwivelProblem::DoesNotTurn { kind: format!("{:?}", found.joint_type).to_lowercase() }));
         }
-        let turns = self.link_index[&found.child.link];
-        let axis = self.placements[turns].rotation * Vector3::from(*found.axis.xyz);
-        let upright = axis.z.abs() / axis.norm();
+        let (turns, axis) = (self.link_index[&found.child.link], self.axis(index));
+        let upright = axis.z.abs();
         if upright.is_nan() || upright < UPRIGHT {
             return Err(fails(SwivelProblem::NotUpright(axis.x, axis.y, axis.z)));
         }
@@ -315,12 +317,11 @@ impl Tree {
 
     /// Joints that turn without end; of those only that do so on the chassis about its x axis.
     pub(super) fn continuous_joints(&self, about_x: bool) -> Vec<String> {
-        let turns = |joint: &&urdf_rs::Joint| {
-            let axis = self.placements[self.link_index[&joint.child.link]].rotation * Vector3::from(*joint.axis.xyz);
-            let is_about_x = axis.x.abs() > 0.9 * axis.norm() && self.is_on_chassis(joint);
-            matches!(joint.joint_type, JointType::Continuous) && (is_about_x || !about_x)
+        let turns = |(index, joint): &(usize, &urdf_rs::Joint)| {
+            let is_about_x = || self.axis(*index).x.abs() > LATERAL && self.is_on_chassis(joint);
+            matches!(joint.joint_type, JointType::Continuous) && (!about_x || is_about_x())
         };
-        self.robot.joints.iter().filter(turns).map(|joint| joint.name.clone()).collect()
+        self.robot.joints.iter().enumerate().filter(turns).map(|(_, joint)| joint.name.clone()).collect()
     }
 
     pub(super) fn joints(&self) -> Vec<String> {
@@ -417,9 +418,9 @@ impl Tree {
             return fails(WheelProblem::DoesNotTurn { kind: format!("{:?}", joint.joint_type).to_lowercase() });
         }
         let hub = self.link_index[&joint.child.link];
-        let axis = self.placements[hub].rotation * Vector3::from(*joint.axis.xyz);
-        let lateral = axis.y.abs() / axis.norm();
-        if lateral.is_nan() || lateral < 20f64.to_radians().cos() {
+        let axis = self.axis(index);
+        let lateral = axis.y.abs();
+        if lateral.is_nan() || lateral < LATERAL {
             return fails(WheelProblem::NotLateral(axis.x, axis.y, axis.z));
         }
         let y = self.placements[hub].translation.y;
@@ -436,10 +437,20 @@ impl Tree {
         Ok(index)
     }
 
-    /// Whether nothing that moves lies between a joint and the root.
+    /// Whether between a joint and the root lies nothing that moves but a suspension: what slides, or swings about the lateral axis.
     fn is_on_chassis(&self, joint: &urdf_rs::Joint) -> bool {
         let mut above = self.lineage(self.link_index[&joint.parent.link]).filter_map(|link| self.parent_joint[link]);
-        above.all(|joint| matches!(self.robot.joints[joint].joint_type, JointType::Fixed))
+        above.all(|joint| match self.robot.joints[joint].joint_type {
+            JointType::Fixed | JointType::Prismatic => true,
+            JointType::Revolute => self.axis(joint).y.abs() > LATERAL,
+            _ => false,
+        })
+    }
+
+    /// The axis of a joint in the base frame; of length 1, or not a number.
+    fn axis(&self, joint: usize) -> Vector3<f64> {
+        let joint = &self.robot.joints[joint];
+        (self.placements[self.link_index[&joint.child.link]].rotation * Vector3::from(*joint.axis.xyz)).normalize()
     }
 
     /// The empty body of a wheel whose joint has been checked.

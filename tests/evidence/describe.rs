@@ -176,6 +176,45 @@ fn casters_ahead_and_behind_leave_the_wheels_their_load() {
     );
 }
 
+/// Wheels on springs are drawn on joints that slide or swing: held as drawn, and told. What steers is no driven wheel.
+#[test]
+fn a_suspension_is_held_as_drawn() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let at = folder.path();
+    let own = r#"<joint name="left_joint" type="continuous"><parent link="base_link"/>"#;
+    let on = |kind: &str, axis: &str| {
+        let arm = format!(
+            r#"<joint name="spring" type="{kind}"><parent link="base_link"/><child link="arm"/><axis xyz="{axis}"/>
+               <limit lower="-0.01" upper="0.01" effort="1" velocity="1"/></joint><link name="arm"/>"#
+        );
+        DRAWN.replace(own, &format!("{arm}{}", own.replace("base_link", "arm")))
+    };
+    std::fs::write(at.join("little.urdf"), DRAWN).expect("it can be written");
+    described(at, &["little.urdf"]);
+    let plain = Robot::load(&at.join("little.toml").to_string_lossy()).expect("it loads");
+    for (kind, axis) in [("prismatic", "0 0 1"), ("revolute", "0 1 0")] {
+        std::fs::write(at.join("sprung.urdf"), on(kind, axis)).expect("it can be written");
+        let (_, stderr) = described(at, &["sprung.urdf"]);
+        assert!(stderr.contains("joints `spring` and `scan_joint`: no driven wheel's, held fixed at zero"), "{stderr}");
+        let sprung = Robot::load(&at.join("sprung.toml").to_string_lossy()).expect("it loads");
+        for (wheel, own) in sprung.wheels.iter().zip(&plain.wheels) {
+            assert_eq!(
+                (&wheel.name, wheel.base_from_wheel, wheel.body.mass),
+                (&own.name, own.base_from_wheel, own.body.mass)
+            );
+        }
+        std::fs::remove_file(at.join("sprung.toml")).expect("it was written");
+    }
+    for (kind, axis) in [("revolute", "0 0 1"), ("continuous", "0 1 0")] {
+        std::fs::write(at.join("little.urdf"), on(kind, axis)).expect("it can be written");
+        refused(
+            at,
+            &["certify", "little.toml"],
+            &["joint `left_joint` of wheel `left` hangs on `arm`, which itself turns"],
+        );
+    }
+}
+
 /// URDFs are published with inertias that nobody looked up; such a robot is drawn well and drives as nothing does.
 #[test]
 fn inertias_that_no_such_robot_has_are_told() {
