@@ -53,7 +53,7 @@ pub(super) fn build(scene: &Scene, ground: &Ground, start: Pose2) -> Result<Bodi
     physics.gravity = convert::vector(scene.floor.gravity());
     let settings = &mut physics.integration_parameters;
     settings.dt = scene.time_step;
-    settings.num_solver_iterations = 1;
+    settings.num_solver_iterations = if scene.contact == Contact::Rigid { rounds(robot) } else { 1 };
     settings.contact_recycling = false;
     // One sweep leaves hinges open by about g dt²; two bring the loads of a spinning robot within 0.1 % of each other.
     settings.num_internal_pgs_iterations = 2;
@@ -177,6 +177,14 @@ fn refuse_overlap(robot: &Robot, ground: &Ground, room_from_base: &Placement) ->
         }
     }
     Ok(())
+}
+
+/// The engine's rounds of solving a step. A hinge between a heavy chassis and light wheels is solved slowly: one round turns a
+/// two-wheel robot whose wheels weigh a 27th of it, straight as it is, by 67 mrad in 2 m, and four by 0.01 mrad.
+fn rounds(robot: &Robot) -> usize {
+    const HEAVY: f64 = 20.0;
+    let lightest = robot.wheels.iter().map(|wheel| wheel.body.mass).fold(f64::INFINITY, f64::min);
+    if robot.chassis.mass > HEAVY * lightest { 4 } else { 1 }
 }
 
 /// A revolute joint about the wheel's axle; no contacts between wheel and chassis.
