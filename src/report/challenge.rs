@@ -102,6 +102,18 @@ struct Sums {
 }
 
 impl Sums {
+    /// What the extended models are worth, in words; nothing is said where an oracle would gain nothing.
+    fn gains(&self) -> String {
+        let of = [(self.gain, "on held-out folds"), (self.gain_on_fresh, "on another campaign of the same world")];
+        let said: Vec<String> =
+            of.iter().filter(|(gain, _)| gain.is_finite()).map(|(gain, on)| format!("{gain:.2} {on}")).collect();
+        if said.is_empty() {
+            "no gain that an oracle would have".to_owned()
+        } else {
+            format!("gain over the oracle's {}", said.join(", "))
+        }
+    }
+
     fn of(score: &Score) -> Sums {
         // The sum of nothing is −0; adding zero makes it a 0.
         let mean = |values: Vec<f64>| values.iter().sum::<f64>() / values.len().max(1) as f64 + 0.0;
@@ -234,17 +246,14 @@ pub fn text(score: &Score) -> String {
     let _ = writeln!(
         out,
         "named {}, where an oracle could name {}; 95 % intervals cover {} of {}; smallest detectable sizes within a factor \
-         of two of the oracle's: {} of {}; gain {:.2} of the oracle's on held-out folds, {:.2} on \
-         another campaign of the same world; mean set {:.2} (oracle {:.2}); regret {:.2}; \
-         {:.1} s a diagnosis",
+         of two of the oracle's: {} of {}; {}; mean set {:.2} (oracle {:.2}); regret {:.2}; {:.1} s a diagnosis",
         score.count(Tally::Named) + score.count(Tally::BothExact),
         score.oracle_nameable,
         sums.covered[0],
         sums.covered[1],
         sums.detectable[0],
         sums.detectable[1],
-        sums.gain,
-        sums.gain_on_fresh,
+        sums.gains(),
         sums.set_size,
         sums.oracle_set_size,
         sums.regret,
