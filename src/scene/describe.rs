@@ -1,16 +1,16 @@
 //! URDF → a model file to begin with: what the URDF says, and a marked assumption for each thing that it does not.
 //!
 //! Assumptions are scaled from the robot's weight, wheels and track as the shipped robots have them: tyres that squash by a
-//! fiftieth of their radius, damped at a third of critical, and at more where a tall robot would rock on; motors that could drag the robot on twice its weight; a driver that
-//! goes as fast as a robot of that track does in a lab. Validated by `describe` in the tests: the shipped robots' own URDFs come
-//! back as the wheels that their model files have, and drive.
+//! fiftieth of their radius, damped at a third of critical, and at more where a tall robot would rock on; casters that are hard, and
+//! as soft as tyres on both sides of the wheels; motors that could drag the robot on twice its weight; a driver that goes as fast as
+//! a robot of that track does in a lab. Validated by `describe` in the tests: the shipped robots' own URDFs come back as the wheels
+//! that their model files have, and drive.
 
 use super::GRAVITY;
 use super::error::SceneError;
 use super::robot::Side;
 use super::urdf::{Assembly, Candidate, Tree, WheelJoint};
 use crate::odometry::OdometryParameters;
-use nalgebra::Vector3;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -220,26 +220,18 @@ impl Whole {
             of.iter().sum::<f64>() / of.len() as f64
         };
         let x = || wheels.iter().map(|wheel| wheel.at[0]);
-        let turned = assembly.wheels.iter().map(|wheel| {
+        let mut whole = assembly.chassis.clone();
+        for wheel in &assembly.wheels {
             let (body, rotation) = (&wheel.body, wheel.base_from_wheel.rotation.to_rotation_matrix());
-            (body.mass, wheel.base_from_wheel * body.centre_of_mass, rotation * body.inertia * rotation.transpose())
-        });
-        let chassis = &assembly.chassis;
-        let parts = || turned.clone().chain([(chassis.mass, chassis.centre_of_mass, chassis.inertia)]);
-        let mass = assembly.mass();
-        let centre = parts().map(|(mass, at, _)| mass * at.coords).sum::<Vector3<f64>>() / mass;
-        let foot = Vector3::new(centre.x, centre.y, ground);
-        let rocking = parts().fold([0.0; 2], |[pitch, roll], (mass, at, inertia)| {
-            let off = at.coords - foot;
-            [
-                pitch + inertia.m22 + mass * (off.x * off.x + off.z * off.z),
-                roll + inertia.m11 + mass * (off.y * off.y + off.z * off.z),
-            ]
-        });
+            let inertia = rotation * body.inertia * rotation.transpose();
+            whole.add_mass(body.mass, wheel.base_from_wheel * body.centre_of_mass, inertia);
+        }
+        let centre = whole.centre_of_mass;
+        let raised = whole.mass * (centre.z - ground).powi(2);
         Whole {
-            mass,
-            stands_over: [foot.x, foot.y],
-            rocking,
+            mass: whole.mass,
+            stands_over: [centre.x, centre.y],
+            rocking: [whole.inertia.m22 + raised, whole.inertia.m11 + raised],
             track: mean(Side::Left) - mean(Side::Right),
             wheelbase: x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min),
         }

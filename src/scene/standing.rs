@@ -24,7 +24,7 @@ const LEAST_SHARE: f64 = 0.25;
 /// What is odd about how `robot` stands, in plain words.
 pub(super) fn notes(robot: &Robot) -> Option<String> {
     let supports = supports(robot);
-    let centre = centre_of_mass(robot);
+    let centre = robot.whole().centre_of_mass;
     if tips(&supports, centre) {
         return Some(format!(
             "the centre of mass lies at x = {:.3} m, y = {:.3} m, which is not between the wheels and casters that it stands \
@@ -56,16 +56,6 @@ fn supports(robot: &Robot) -> Vec<Support> {
         .iter()
         .map(|caster| Support { lowest: under(caster.centre, caster.radius), stiffness: caster.vertical_stiffness });
     wheels.chain(casters).collect()
-}
-
-/// Of chassis and wheels, in the base frame.
-fn centre_of_mass(robot: &Robot) -> Point3<f64> {
-    let chassis = robot.chassis.mass * robot.chassis.centre_of_mass.coords;
-    let wheels = robot.wheels.iter().map(|wheel| {
-        let centre = wheel.base_from_wheel * wheel.body.centre_of_mass;
-        wheel.body.mass * centre.coords
-    });
-    Point3::from((chassis + wheels.sum::<Vector3<f64>>()) / robot.mass())
 }
 
 /// Whether all supports lie to one side of `centre`, as seen from above.
