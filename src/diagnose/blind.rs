@@ -51,13 +51,10 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
             });
         }
     }
-    // Of spots on the floor, where one shows best.
-    let is_spot = |blind: &Blind| places.contains(&blind.effect);
-    if let Some(best) =
-        list.iter().filter(|blind| is_spot(blind)).map(|blind| blind.smallest_detectable).reduce(f64::min)
-    {
-        list.retain(|blind| !is_spot(blind) || blind.smallest_detectable == best);
-    }
+    // Of spots on the floor, the one that shows best, and the first of those that show alike.
+    let (spots, mut list): (Vec<Blind>, Vec<Blind>) =
+        list.into_iter().partition(|blind| places.contains(&blind.effect));
+    list.extend(spots.into_iter().min_by(|one, other| one.smallest_detectable.total_cmp(&other.smallest_detectable)));
     list
 }
 

@@ -118,6 +118,10 @@ fn a_robot_as_makers_draw_it_stands_and_rolls() {
     let output = treadmark(at).args(squares).output().expect("it starts");
     let stdout = text(&output.stdout);
     assert!(stdout.contains("Where the squares ended") && !stdout.contains("the paper's Table I"), "{stdout}");
+    // Of spots on the floor that show alike, one is said.
+    let output = treadmark(at).args(["power", "squares", "--data", "endpoints", "--robot", "little.toml"]).output();
+    let stdout = text(&output.expect("it starts").stdout);
+    assert_eq!(stdout.matches("floor_grip_patch.ratio").count(), 1, "{stdout}");
     // It stands on wheels and caster alone, rolls by its tyres' radius, goes straight, and turns as theory has it.
     let output = treadmark(at).args(["certify", "little.toml"]).output().expect("it starts");
     assert_eq!(output.status.code(), Some(0), "{}", text(&output.stdout));
