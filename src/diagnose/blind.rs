@@ -30,8 +30,7 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
     let all: Set = study.known_variants().into_iter().collect();
     let axes = axes_of(&study.variants, &all);
     let (gram, _, _) = problem.normal_equations(&problem.linearise(&[], &axes));
-    let mut list: Vec<Blind> = Vec::new();
-    let places: Vec<&str> = study.variants.iter().filter(|v| v.place().is_some()).map(|v| v.effect.id).collect();
+    let (mut list, mut spots): (Vec<Blind>, Vec<Blind>) = (Vec::new(), Vec::new());
     for (index, variant) in study.variants.iter().enumerate().filter(|(_, variant)| variant.is_cause()) {
         let is_own = |axis: &Axis| axis.variant == index && axis.coordinate < variant.own_parameters();
         let own: Vec<usize> = (0..axes.len()).filter(|&k| is_own(&axes[k])).collect();
@@ -42,7 +41,8 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
             // Of a vector, the size: the worse of its two directions.
             let value =
                 if names.len() < information.len() { information.iter().copied().fold(value, f64::min) } else { value };
-            list.push(Blind {
+            let kind = if variant.place().is_some() { &mut spots } else { &mut list };
+            kind.push(Blind {
                 effect: variant.effect.id,
                 choice: variant.choice.clone(),
                 parameter: name,
@@ -52,8 +52,6 @@ pub(super) fn blind(study: &Study<'_>) -> Vec<Blind> {
         }
     }
     // Of spots on the floor, the one that shows best, and the first of those that show alike.
-    let (spots, mut list): (Vec<Blind>, Vec<Blind>) =
-        list.into_iter().partition(|blind| places.contains(&blind.effect));
     list.extend(spots.into_iter().min_by(|one, other| one.smallest_detectable.total_cmp(&other.smallest_detectable)));
     list
 }

@@ -236,9 +236,7 @@ impl Whole {
             wheelbase: x().fold(f64::NEG_INFINITY, f64::max) - x().fold(f64::INFINITY, f64::min),
         }
     }
-}
 
-impl Whole {
     /// Damping of its springs, of critical, at which it stops rocking at [`CALMING`]: on dampers c at distances a from the axis
     /// that a moment of inertia I rocks about, Σ c a²/(2 I). `springs` are where they stand and what is critical of them.
     fn damping(&self, springs: impl Iterator<Item = ([f64; 2], f64)>) -> f64 {
@@ -272,10 +270,9 @@ fn model_file(urdf: &str, name: &str, wheels: &[Wheel], casters: &[Ball], robot:
     let load = robot.mass * GRAVITY / (wheels.len() + casters.len()) as f64;
     let stiffness = load / (SQUASH * radius);
     // Hard casters on both sides of the wheels would take the weight off them, which a robot's springs see to.
-    let wheels_at = |x: fn(f64, f64) -> f64, none: f64| wheels.iter().map(|wheel| wheel.at[0]).fold(none, x);
-    let (rear, front) = (wheels_at(f64::min, f64::INFINITY), wheels_at(f64::max, f64::NEG_INFINITY));
-    let about_wheels = casters.iter().any(|it| it.at[0] > front) && casters.iter().any(|it| it.at[0] < rear);
-    let (squash, why) = if about_wheels {
+    let is_ahead = |caster: &Ball| wheels.iter().all(|wheel| caster.at[0] > wheel.at[0]);
+    let is_behind = |caster: &Ball| wheels.iter().all(|wheel| caster.at[0] < wheel.at[0]);
+    let (squash, why) = if casters.iter().any(is_ahead) && casters.iter().any(is_behind) {
         (SQUASH * radius, "as soft as tyres, to leave the wheels their load")
     } else {
         (CASTER_SQUASH, "hard")

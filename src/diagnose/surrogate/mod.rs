@@ -233,9 +233,6 @@ impl Surrogate {
             let response = match response {
                 Ok(response) => response,
                 Err(error) if variants[axis.variant].is_cause() => {
-                    // Whoever interrupts a diagnosis stops the model as given, too.
-                    let case = &cases[clusters[cluster].reference];
-                    model.trace(scene, &case.run, &case.counted)?;
                     refused.entry(axis.variant).or_insert(error);
                     let nothing = vec![Step::default(); surrogate.ways[clusters[cluster].reference].steps.len()];
                     let nodes = values(axis).into_iter().map(|at| Node::own(at, nothing.clone()));
@@ -244,6 +241,11 @@ impl Surrogate {
                 Err(error) => return Err(error),
             };
             surrogate.responses[cluster].of_axis.insert(axis, response);
+        }
+        if !refused.is_empty() {
+            // Whoever interrupts a diagnosis stops the model as given, too.
+            let case = &cases[clusters[0].reference];
+            model.trace(scene, &case.run, &case.counted)?;
         }
         for (variant, error) in refused {
             variants[variant].refuse();
