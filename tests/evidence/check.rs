@@ -312,6 +312,15 @@ fn times_of_poses(dataset: &mut Dataset, change: impl Fn(f64) -> f64) {
     }
 }
 
+/// Leaves some rows of poses.
+fn rows_of_poses(dataset: &mut Dataset, stays: impl Fn(usize) -> bool) {
+    for log in dataset.runs.iter_mut().filter_map(|run| run.poses.as_mut()) {
+        let rows: Vec<usize> = (0..log.time.len()).filter(|row| stays(*row)).collect();
+        log.time = rows.iter().map(|row| log.time[*row]).collect();
+        log.poses = rows.iter().map(|row| log.poses[*row]).collect();
+    }
+}
+
 /// Changes every column of counts.
 fn columns(dataset: &mut Dataset, change: impl Fn(&mut [f64])) {
     for log in dataset.runs.iter_mut().filter_map(|run| run.encoders.as_mut()) {
@@ -460,6 +469,14 @@ fn nothing_is_said_of_what_is_right() {
         ("believes half of what it turns by", |d| *d = with_track(3, 0.8)),
         ("believes a third too little", |d| *d = with_track(4, 0.58)),
         ("believes too much", |d| *d = with_track(5, 0.28)),
+        ("poses by threes at stops alone", |d| {
+            *d = finer(6);
+            rows_of_poses(d, |row| row % 100 < 3);
+        }),
+        ("a pose now and then, the first on the way", |d| {
+            *d = finer(7);
+            rows_of_poses(d, |row| row % 90 == 8);
+        }),
     ];
     for seed in 0..20 {
         for (what, change) in right {

@@ -126,21 +126,20 @@ fn late(work: &Work, run: &Run, log: &PoseLog) -> Option<f64> {
     let rolled = |row| work.arc(run, 0, row).map(|[left, right]| (0.5 * (left + right)).abs());
     let rolled: Vec<f64> = (0..counts.len()).map(rolled).collect::<Option<_>>()?;
     let by_wheels = |level| crossing(&counts.time, rolled.iter().copied(), level);
-    let late = crossing(&log.time, gone, step)? - by_wheels(step)?;
-    // Wheels that are not as believed take longer, or shorter, for that step, and rows come when they do.
-    let taken = by_wheels(step)? - by_wheels(0.1 * step)?;
-    let interval = |time: &[f64]| median(time.windows(2).map(|pair| pair[1] - pair[0])).unwrap_or(0.0);
-    let seldom = interval(&counts.time) + interval(&log.time);
-    (late.abs() > CLOCKS + (FACTOR - 1.0) * taken + seldom).then_some(late)
+    let ([seen, between_poses], [counted, between_counts]) = (crossing(&log.time, gone, step)?, by_wheels(step)?);
+    let late = seen - counted;
+    // Wheels that are not as believed take longer, or shorter, for that step, and nobody saw it but from one row to the next.
+    let taken = counted - by_wheels(0.1 * step)?[0];
+    (late.abs() > CLOCKS + (FACTOR - 1.0) * taken + between_poses + between_counts).then_some(late)
 }
 
-/// When `values` first get to `level`, on the straight line from the row before.
-fn crossing(time: &[f64], values: impl Iterator<Item = f64>, level: f64) -> Option<f64> {
+/// When `values` first get to `level`, on the straight line from the row before, and how long after that row the next one is.
+fn crossing(time: &[f64], values: impl Iterator<Item = f64>, level: f64) -> Option<[f64; 2]> {
     let mut before = (*time.first()?, 0.0);
     for (&at, value) in time.iter().zip(values) {
         if value >= level {
             let share = if value > before.1 { (level - before.1) / (value - before.1) } else { 1.0 };
-            return Some(before.0 + share * (at - before.0));
+            return Some([before.0 + share * (at - before.0), at - before.0]);
         }
         before = (at, value);
     }
@@ -171,7 +170,14 @@ fn start(work: &mut Work) {
         }
         let soon = log.time.iter().zip(&log.poses).take_while(|(time, _)| **time <= log.time[0] + CLOCKS);
         let gone = soon.map(|(_, pose)| (pose.x - first.x).hypot(pose.y - first.y)).fold(0.0, f64::max);
-        (off > SURELY * std + gone).then_some((off, 0.0))
+        // Where rows are few, wheels say how far that is; without them the first row is late by its stamp, and by no more than
+        // any other is from the next.
+        let share = |pair: &[f64]| (log.time[0] / (pair[1] - pair[0])).clamp(0.0, 1.0);
+        let late = match run.log() {
+            Some(counts) => way_between(work, run, counts.time[0], log.time[0] + CLOCKS),
+            None => steps(log).zip(log.time.windows(2)).map(|(step, pair)| step * share(pair)).reduce(f64::max),
+        };
+        (off > SURELY * std + gone.max(FACTOR * late.unwrap_or(0.0))).then_some((off, 0.0))
     };
     for index in wrong(work, WayStart, is_wrong) {
         let run = &mut work.data.runs[index];
@@ -187,11 +193,10 @@ fn start(work: &mut Work) {
 fn jumps(work: &mut Work) {
     let std = position_std(work);
     let is_wrong = |_: &Work, _: &Run, log: &PoseLog| {
-        let steps = || log.poses.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y));
         let intervals = || log.time.windows(2).map(|pair| pair[1] - pair[0]);
-        let (step, interval) = (quantile(steps(), 0.98)?, median(intervals())?);
+        let (step, interval) = (quantile(steps(log), 0.98)?, median(intervals())?);
         // Where rows are missing it may have gone as far.
-        let at_once = steps().zip(intervals()).filter(|(_, after)| *after < 3.0 * interval);
+        let at_once = steps(log).zip(intervals()).filter(|(_, after)| *after < 3.0 * interval);
         let largest = at_once.map(|(step, _)| step).fold(0.0, f64::max);
         (largest > 10.0 * step && largest > SURELY * SQRT_2 * std).then_some((largest, step))
     };
@@ -228,6 +233,11 @@ fn frozen(work: &mut Work) {
             }
         },
     );
+}
+
+/// How far poses are from one row to the next \[m\].
+fn steps(log: &PoseLog) -> impl Iterator<Item = f64> {
+    log.poses.windows(2).map(|pair| (pair[1].x - pair[0].x).hypot(pair[1].y - pair[0].y))
 }
 
 /// The value that such a share of `values` does not exceed; `None` of none.
