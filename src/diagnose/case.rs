@@ -1,7 +1,8 @@
 //! The runs as a diagnosis sees them: what was read where, and which runs repeat one another.
 
+use super::way::ARM;
 use crate::dataset::{Dataset, PoseLog, Protocol, Run};
-use crate::geometry::Pose2;
+use crate::geometry::{Pose2, Trace};
 use crate::odometry::{DeadReckoning, OdometryParameters};
 use crate::scene::{NoiseModel, Scene, Survey};
 use std::ops::Range;
@@ -19,7 +20,7 @@ pub(super) struct Case {
     pub replayed: bool,
     /// What was read, in order of time; the last is the end.
     pub readings: Vec<Reading>,
-    /// Stamp of the reading whose frame the others are stated in \[s\]; `None`: the start.
+    /// Stamp of the reading whose frame the others are stated in \[s\]; `None`: the start, of which no log has a reading.
     pub frame_stamp: Option<f64>,
     /// Hours since the campaign began.
     pub hours: f64,
@@ -106,6 +107,9 @@ const READINGS: usize = 2000;
 
 /// Readings of one run that are drawn: no polygon where it was a circle.
 const DRAWN: usize = 240;
+/// How much of a way may lie between where one run was read and where another was, and what they differ by still be the same noise:
+/// what is between readings of one run.
+const PLACE: f64 = 1.0 / MOST_READINGS as f64;
 /// How far the survey's clock may plausibly be from the encoders' where a stop is sought \[s\].
 const CLOCKS: f64 = 0.1;
 
@@ -153,7 +157,8 @@ pub(super) fn cases(datasets: &[Dataset], first: usize, scene: &Scene) -> (Vec<C
                 continue;
             }
             let on_the_way = readings.iter().any(|reading| reading.stamp.is_some());
-            let frame_stamp = run.poses.as_ref().filter(|_| on_the_way).and_then(|log| log.time.first().copied());
+            let frame_stamp =
+                run.poses.as_ref().filter(|log| on_the_way && begins_with_frame(log)).map(|log| log.time[0]);
             let hours = run.started.unwrap_or(0.0) / 3600.0;
             let campaign_name = dataset.campaign.name.clone();
             cases.push(Case { campaign, campaign_name, run, counted, replayed, readings, frame_stamp, hours });
@@ -223,8 +228,19 @@ fn on_the_way(run: &Run, replayed: bool) -> Option<(&PoseLog, Vec<usize>)> {
     let log = run.poses.as_ref().filter(|log| replayed && log.time.len() > 2)?;
     let encoders = run.encoders.as_ref()?;
     let (first, last) = (encoders.time[0] - 0.5, encoders.time[encoders.len() - 1] + 0.5);
-    let rows: Vec<usize> = (1..log.time.len()).filter(|&row| (first..=last).contains(&log.time[row])).collect();
+    let rows: Vec<usize> = (usize::from(begins_with_frame(log))..log.time.len())
+        .filter(|&row| (first..=last).contains(&log.time[row]))
+        .collect();
     (rows.len() > 2).then_some((log, rows))
+}
+
+/// Whether the first row is the start pose that all others are seen from, and not one more of them: a tracker that came upon the robot
+/// on its way, or read its start apart.
+fn begins_with_frame(log: &PoseLog) -> bool {
+    const ROUNDED: f64 = 1e-6;
+    log.poses
+        .first()
+        .is_some_and(|first| [first.x, first.y, first.heading.unwrap_or(0.0)].iter().all(|it| it.abs() < ROUNDED))
 }
 
 /// At most so many of `rows`, evenly, with the last one.
@@ -282,6 +298,11 @@ impl Case {
         format!("{}/{}", self.campaign_name, self.run.name)
     }
 
+    /// Whether poses were read on its way.
+    pub fn is_timed(&self) -> bool {
+        self.readings.iter().any(|reading| reading.stamp.is_some())
+    }
+
     /// Where its end stands among its readings as `linear` lists them: a position, and a heading where one was read.
     pub fn rows_of_end(&self) -> Range<usize> {
         let rows = |reading: &Reading| if reading.heading.is_some() { 3 } else { 2 };
@@ -299,22 +320,31 @@ impl Case {
     pub fn reckoned(&self, steps: usize) -> Vec<Pose2> {
         let Some(log) = self.run.encoders.as_ref().filter(|_| self.replayed) else { return Vec::new() };
         let mut reckoning = DeadReckoning::new(self.counted);
-        let path: Vec<Pose2> = (0..log.len())
-            .map(|row| {
-                let [left, right] = log.sides(row, &self.counted);
-                reckoning.update(left, right)
-            })
-            .collect();
-        let rows = (path.len() - 1) as f64;
-        (0..=steps)
-            .map(|k| {
-                let place = rows * k as f64 / steps as f64;
-                let before = (place as usize).min(path.len() - 2);
-                let (a, b, part) = (path[before], path[before + 1], place - before as f64);
-                let between = |a: f64, b: f64| a + part * (b - a);
-                Pose2::new(between(a.x, b.x), between(a.y, b.y), between(a.heading, b.heading))
-            })
-            .collect()
+        let poses = (0..log.len()).map(|row| {
+            let [left, right] = log.sides(row, &self.counted);
+            reckoning.update(left, right)
+        });
+        let path = Trace { time: log.time.clone(), poses: poses.collect() };
+        let (began, lasts) = (log.time[0], self.duration());
+        (0..=steps).map(|k| path.at(began + lasts * k as f64 / steps as f64)).collect()
+    }
+
+    /// How much of the dead-reckoned way was behind the robot at each reading; none of a run without a log, which is read at its end.
+    fn places(&self) -> Vec<f64> {
+        const STEPS: usize = 400;
+        let path = self.reckoned(STEPS);
+        let Some(log) = self.run.encoders.as_ref().filter(|_| !path.is_empty()) else { return Vec::new() };
+        let mut behind = vec![0.0];
+        for pair in path.windows(2) {
+            let step = pair[0].distance(pair[1]) + ARM * (pair[1].heading - pair[0].heading).abs();
+            behind.push(behind[behind.len() - 1] + step);
+        }
+        let whole = behind[STEPS].max(f64::MIN_POSITIVE);
+        let place = |stamp: f64| {
+            let step = ((stamp - log.time[0]) / self.duration() * STEPS as f64).clamp(0.0, STEPS as f64);
+            behind[step.round() as usize] / whole
+        };
+        self.readings.iter().map(|reading| reading.stamp.map_or(1.0, place)).collect()
     }
 
     /// Whether the counts of another run differ by more than dead reckoning can make good: centimetres.
@@ -334,8 +364,7 @@ impl Case {
 
 /// The campaigns with poses on the way, which have clocks.
 pub(super) fn with_clocks(cases: &[Case]) -> Vec<usize> {
-    let mut campaigns: Vec<usize> =
-        cases.iter().filter(|case| case.frame_stamp.is_some()).map(|case| case.campaign).collect();
+    let mut campaigns: Vec<usize> = cases.iter().filter(|case| case.is_timed()).map(|case| case.campaign).collect();
     campaigns.dedup();
     campaigns
 }
@@ -343,7 +372,7 @@ pub(super) fn with_clocks(cases: &[Case]) -> Vec<usize> {
 /// Groups runs that repeat one another, and names the conditions. `apart` keeps runs with different start times apart.
 pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condition>) {
     const STEPS: usize = 40;
-    let mut clusters: Vec<(Cluster, Vec<Pose2>)> = Vec::new();
+    let mut clusters: Vec<(Cluster, Vec<Pose2>, Vec<f64>)> = Vec::new();
     let mut conditions: Vec<Condition> = Vec::new();
     for (index, case) in cases.iter().enumerate() {
         let condition = Condition::of(&case.run);
@@ -352,7 +381,8 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
             conditions.len() - 1
         });
         let reckoned = case.reckoned(STEPS);
-        let alike = |(cluster, way): &(Cluster, Vec<Pose2>)| {
+        let places = case.places();
+        let alike = |(cluster, way, read_at): &(Cluster, Vec<Pose2>, Vec<f64>)| {
             let reference = &cases[cluster.reference];
             let length: f64 = way.windows(2).map(|pair| pair[0].distance(pair[1])).sum();
             let turned: f64 = way.windows(2).map(|pair| (pair[1].heading - pair[0].heading).abs()).sum();
@@ -362,11 +392,13 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
                 && cluster.condition == condition
                 && reference.replayed == case.replayed
                 && reference.readings.len() == case.readings.len()
+                && reference.frame_stamp.is_some() == case.frame_stamp.is_some()
                 && reference
                     .readings
                     .iter()
                     .zip(&case.readings)
                     .all(|(a, b)| a.heading.is_some() == b.heading.is_some())
+                && read_at.iter().zip(&places).all(|(a, b)| (a - b).abs() < PLACE)
                 && near(reference.run.start.unwrap_or_default(), case.run.start.unwrap_or_default())
                 && (!apart || reference.hours == case.hours)
                 && (reference.duration() - case.duration()).abs() <= 0.02 * reference.duration()
@@ -376,14 +408,14 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
                     .all(|(a, b)| a.distance(*b) < way_off && (a.heading - b.heading).abs() < turned_off)
         };
         match clusters.iter_mut().find(|entry| alike(entry)) {
-            Some((cluster, _)) => cluster.runs.push(index),
+            Some((cluster, ..)) => cluster.runs.push(index),
             None => {
                 let campaign = case.campaign;
-                clusters.push((Cluster { reference: index, runs: vec![index], condition, campaign }, reckoned));
+                clusters.push((Cluster { reference: index, runs: vec![index], condition, campaign }, reckoned, places));
             }
         }
     }
-    (clusters.into_iter().map(|(cluster, _)| cluster).collect(), conditions)
+    (clusters.into_iter().map(|(cluster, ..)| cluster).collect(), conditions)
 }
 
 /// Whether two starts are the same mark, to what a survey can tell and a floor can matter.

@@ -5,7 +5,7 @@
 //! stated may differ from campaign to campaign; by how much it is off is learnt from all of them together.
 
 use super::Study;
-use super::case::Cluster;
+use super::case::{Case, Cluster};
 use super::linear::{self, Problem};
 use super::search::{self, Hypothesis, Ranking};
 use super::shapes::Shapes;
@@ -225,7 +225,7 @@ impl Study<'_> {
             }
             spreads
         };
-        let on_the_way = self.cases.iter().any(|case| case.frame_stamp.is_some());
+        let on_the_way = self.cases.iter().any(Case::is_timed);
         let widths = if repeats { KNOWN } else { HARDLY_KNOWN };
         self.noise = learn(&self.prior_noise, &spreads, &self.shapes, widths, on_the_way);
     }

@@ -206,9 +206,10 @@ pub(super) fn residues(
         let survey = study.surrogate.by_clocks_of(cluster.campaign, extended.survey, at, &study.variants);
         let trace = study.model.trace(&extended, &case.run, &case.counted)?;
         // The way by which the next diagnosis, whose model this is, tells places.
-        let extended_way = Way { steps: Way::of(&trace, way.steps.len(), case.replayed, 0.0).steps, ..way.clone() };
+        let Way { steps, bows, .. } = Way::of(&trace, way.steps.len(), case.replayed, 0.0);
+        let extended_way = Way { steps, bows, ..way.clone() };
         let path = compose(way.start, &extended_way.steps);
-        let together = flatten(case, &study.surrogate.readings(case, way, &path, &survey))
+        let together = flatten(case, &study.surrogate.readings(case, &extended_way, &path, &survey))
             - problem.predict(index, cluster.reference, at);
         let rows = case.rows_of_end();
         let (end, parts) = (rows.start, rows.len());

@@ -9,6 +9,9 @@ use std::ops::Range;
 /// Length of a step of the way \[s\]: short against how long the robot takes to speed up or turn.
 const STEP: f64 = 0.1;
 
+/// Parts of a step between which it is known where the model as given takes the robot: it starts and stops within one.
+const FINE: usize = 5;
+
 /// Arm at which a turn counts as way \[m\].
 pub(super) const ARM: f64 = 0.3;
 
@@ -20,6 +23,9 @@ pub(super) type Step = [f64; 3];
 pub(super) struct Way {
     pub start: Pose2,
     pub steps: Vec<Step>,
+    /// How far the robot is, between the ends of each step, off the smooth curve through those, in the body's frame where the step
+    /// begins; none of a way whose times are no log's.
+    pub bows: Vec<[Step; FINE - 1]>,
     /// When it began and how long it lasts, by the encoders' clock \[s\].
     pub began: f64,
     pub lasts: f64,
@@ -37,10 +43,13 @@ impl Way {
     /// that a robot that stands longer somewhere is still compared where it is.
     pub fn of(trace: &Trace, count: usize, replayed: bool, hours: f64) -> Way {
         let (began, lasts) = (trace.time[0], lasts(trace));
-        let poses: Vec<Pose2> = if replayed {
+        let evenly = |count: usize| -> Vec<Pose2> {
             (0..=count).map(|k| trace.at(began + lasts * k as f64 / count as f64)).collect()
+        };
+        let (poses, bows) = if replayed {
+            (evenly(count), bows(&evenly(count * FINE)))
         } else {
-            by_progress(trace, count)
+            (by_progress(trace, count), Vec::new())
         };
         let steps = poses
             .windows(2)
@@ -49,15 +58,17 @@ impl Way {
                 [step.x, step.y, step.heading]
             })
             .collect();
-        Way { start: poses[0], steps, began, lasts, hours }
+        Way { start: poses[0], steps, bows, began, lasts, hours }
     }
 
     /// The way of a run whose counts hardly differ from those of `reference`, whose way this is: the difference of their
     /// dead reckoning is added step by step, turned as much as the reference turned for its own.
     pub(super) fn beside(&self, reference: &Case, case: &Case) -> Way {
         let count = self.steps.len();
-        let (own, other) = (reference.reckoned(count), case.reckoned(count));
+        let [own, other] = [reference, case].map(|case| case.reckoned(count * FINE));
         let turned = self.turned();
+        let (of_own, of_other) = (bows(&own), bows(&other));
+        let [own, other] = [own, other].map(|path| path.into_iter().step_by(FINE).collect::<Vec<_>>());
         let reckoned: f64 = own.windows(2).map(|pair| (pair[1].heading - pair[0].heading).abs()).sum();
         let share = if reckoned > 0.1 { turned / reckoned } else { 1.0 };
         let steps = self
@@ -69,9 +80,43 @@ impl Way {
                 [step[0] + other.x - own.x, step[1] + other.y - own.y, step[2] + share * (other.heading - own.heading)]
             })
             .collect();
+        let more = |(k, bow): (usize, &[Step; FINE - 1])| {
+            std::array::from_fn(|part| {
+                let [x, y, turn] = each(|c| of_other[k][part][c] - of_own[k][part][c]);
+                [bow[part][0] + x, bow[part][1] + y, bow[part][2] + share * turn]
+            })
+        };
+        let bows = self.bows.iter().enumerate().map(more).collect();
         let began = case.run.encoders.as_ref().map_or(self.began, |log| log.time[0]);
         let start = case.run.start.unwrap_or_default();
-        Way { start, steps, began, lasts: case.duration(), hours: case.hours }
+        Way { start, steps, bows, began, lasts: case.duration(), hours: case.hours }
+    }
+
+    /// The pose so many steps on a `path` that this way, or one that a cause made of it, takes. A run whose log ends in motion goes
+    /// on as it went, and one that begins in motion came so: clocks that disagree have poses read there.
+    pub fn pose_at(&self, path: &[Pose2], place: f64) -> Pose2 {
+        let last = path.len() - 1;
+        let step = |k: usize| {
+            let step = path[k].relative(path[k + 1]);
+            [step.x, step.y, step.heading]
+        };
+        if place < 0.0 {
+            return path[0].compose(scaled(going_on(step(0), step(1)), -place).inverse());
+        }
+        if place > last as f64 {
+            return path[last].compose(scaled(going_on(step(last - 1), step(last - 2)), place - last as f64));
+        }
+        let k = (place as usize).min(last - 1);
+        let part = place - k as f64;
+        let smooth = within(path, k, part);
+        let Some(bow) = self.bows.get(k) else { return smooth };
+        let fine = part * FINE as f64;
+        let before = (fine as usize).min(FINE - 1);
+        let node = |at: usize| if at == 0 || at == FINE { Step::default() } else { bow[at - 1] };
+        let (one, next, between) = (node(before), node(before + 1), fine - before as f64);
+        let [x, y, turn] = each(|c| one[c] + between * (next[c] - one[c]));
+        let (sin, cos) = path[k].heading.sin_cos();
+        Pose2::new(smooth.x + cos * x - sin * y, smooth.y + sin * x + cos * y, smooth.heading + turn)
     }
 
     /// All that it turns, either way round \[rad\].
@@ -110,10 +155,11 @@ impl Way {
     /// position \[m\] and heading \[rad\], of one whose steps differ by so much from one to the next. One that stands stays.
     pub fn unlogged(&self, time: f64, unsteadiness: [f64; 2]) -> [f64; 2] {
         let place = (time - self.began) / self.lasts * self.steps.len() as f64;
+        let last = self.steps.len() - 1;
         let (beyond, step) = if place < 0.0 {
-            (-place, self.steps[0])
+            (-place, going_on(self.steps[0], self.steps[1]))
         } else {
-            (place - self.steps.len() as f64, self.steps[self.steps.len() - 1])
+            (place - self.steps.len() as f64, going_on(self.steps[last], self.steps[last - 1]))
         };
         if beyond <= 0.0 {
             return [0.0; 2];
@@ -172,25 +218,35 @@ pub(super) fn unsteadiness<'a>(ways: impl Iterator<Item = &'a Way>) -> [f64; 2] 
     sum.map(|sum| (sum / f64::max(count, 1.0)).sqrt())
 }
 
-/// The pose so many steps on the way. A run whose log ends in motion goes on as it went, and one that begins in motion came so:
-/// clocks that disagree have poses read there.
-pub(super) fn pose_at(path: &[Pose2], place: f64) -> Pose2 {
-    let last = path.len() - 1;
-    if place < 0.0 {
-        return path[0].compose(scaled(path[0].relative(path[1]), -place).inverse());
-    }
-    if place > last as f64 {
-        return path[last].compose(scaled(path[last - 1].relative(path[last]), place - last as f64));
-    }
-    let before = (place as usize).min(last - 1);
-    within(path, before, place - before as f64)
+/// How far a path, which has so many poses a step, is off the curve through the ends of its steps.
+fn bows(fine: &[Pose2]) -> Vec<[Step; FINE - 1]> {
+    let path: Vec<Pose2> = fine.iter().copied().step_by(FINE).collect();
+    let of_step = |k: usize| {
+        std::array::from_fn(|part| {
+            let smooth = within(&path, k, (part + 1) as f64 / FINE as f64);
+            let pose = fine[k * FINE + part + 1];
+            let (sin, cos) = path[k].heading.sin_cos();
+            let (x, y) = (pose.x - smooth.x, pose.y - smooth.y);
+            [cos * x + sin * y, cos * y - sin * x, pose.heading - smooth.heading]
+        })
+    };
+    (0..path.len() - 1).map(of_step).collect()
+}
+
+/// The step beyond the `outermost` of a way: at the speed that it has at its end, as it and the `next` one show; none of a robot that
+/// is only just setting off, or has come to rest.
+fn going_on(outermost: Step, next: Step) -> Step {
+    const SETS_OFF: f64 = 0.3;
+    let at_end = each(|c| 1.5 * outermost[c] - 0.5 * next[c]);
+    let turns_round = at_end[0] * outermost[0] + at_end[1] * outermost[1] + ARM * ARM * at_end[2] * outermost[2] < 0.0;
+    if turns_round || length(&at_end) < SETS_OFF * length(&next) { Step::default() } else { at_end }
 }
 
 /// So much of a step, on the arc that it is.
-fn scaled(step: Pose2, by: f64) -> Pose2 {
-    let direction = 0.5 * (by - 1.0) * step.heading;
+fn scaled([x, y, turn]: Step, by: f64) -> Pose2 {
+    let direction = 0.5 * (by - 1.0) * turn;
     let (sin, cos) = direction.sin_cos();
-    Pose2::new(by * (cos * step.x - sin * step.y), by * (sin * step.x + cos * step.y), by * step.heading)
+    Pose2::new(by * (cos * x - sin * y), by * (sin * x + cos * y), by * turn)
 }
 
 /// The pose a `part` of step `k` after its beginning: a cubic through its ends with the speeds of its neighbours, exact
@@ -326,8 +382,13 @@ mod tests {
     fn a_way_goes_on_beyond_its_ends_as_it_went() {
         let arc = |turn: f64| Pose2::new(turn.sin(), 1.0 - turn.cos(), turn);
         let path: Vec<Pose2> = (0..=4).map(|k| arc(0.1 * f64::from(k))).collect();
+        let way = |steps: Vec<Step>| {
+            let lasts = 0.1 * steps.len() as f64;
+            Way { start: Pose2::IDENTITY, steps, bows: Vec::new(), began: 0.0, lasts, hours: 0.0 }
+        };
+        let whole = way(vec![[0.1, 0.0, 0.1]; 4]);
         for place in [-1.7, -0.4, 0.0, 4.0, 4.3, 6.0] {
-            let (found, expected) = (pose_at(&path, place), arc(0.1 * place));
+            let (found, expected) = (whole.pose_at(&path, place), arc(0.1 * place));
             // The chord of a step is a 24th of the cube of its turn short of the arc, and is scaled as it is.
             let beyond: f64 = f64::max(-place, place - 4.0);
             let short = (beyond.powi(3) - beyond).abs() * 0.1f64.powi(3) / 24.0;
@@ -335,14 +396,11 @@ mod tests {
             assert!((found.heading - expected.heading).abs() < 1e-12);
         }
         let stands = [Pose2::IDENTITY; 3];
-        assert_eq!([pose_at(&stands, -3.0), pose_at(&stands, 5.0)], [Pose2::IDENTITY; 2]);
-        let way = |last: f64| {
-            let steps = vec![[0.04, 0.0, 0.0], [0.04, 0.0, 0.0], [last, 0.0, 0.0]];
-            Way { start: Pose2::IDENTITY, steps, began: 0.0, lasts: 0.3, hours: 0.0 }
-        };
-        assert_eq!(way(0.0).unlogged(0.5, [0.01, 0.02]), [0.0; 2]);
-        assert_eq!(way(0.04).unlogged(0.3, [0.01, 0.02]), [0.0; 2]);
-        let [position, heading] = way(0.04).unlogged(0.7, [0.01, 0.02]);
+        assert_eq!([-3.0, 5.0].map(|place| whole.pose_at(&stands, place)), [Pose2::IDENTITY; 2]);
+        let ends = |last: f64| way(vec![[0.04, 0.0, 0.0], [0.04, 0.0, 0.0], [last, 0.0, 0.0]]);
+        assert_eq!(ends(0.0).unlogged(0.5, [0.01, 0.02]), [0.0; 2]);
+        assert_eq!(ends(0.04).unlogged(0.3, [0.01, 0.02]), [0.0; 2]);
+        let [position, heading] = ends(0.04).unlogged(0.7, [0.01, 0.02]);
         assert!((position - 0.08).abs() < 1e-12 && (heading - 0.16).abs() < 1e-12, "{position} {heading}");
     }
 
@@ -370,7 +428,7 @@ mod tests {
         let added = |speeds: &[f64]| -> Vec<f64> {
             let steps: Vec<Step> = speeds.iter().map(|speed| [0.1 * speed, 0.0, 0.0]).collect();
             let lasts = 0.1 * steps.len() as f64;
-            let way = Way { start: Pose2::IDENTITY, steps, began: 0.0, lasts, hours: 0.0 };
+            let way = Way { start: Pose2::IDENTITY, steps, bows: Vec::new(), began: 0.0, lasts, hours: 0.0 };
             way.empirical(&accelerated).iter().map(|step| step[0]).collect()
         };
         // A term a adds what the speed grows by: nothing at 0.4 m/s, 0.02 m a step where that grows by 0.02 m/s, at rest or not.

@@ -115,9 +115,9 @@ impl<'l> Replaying<'l> {
         Ok(going)
     }
 
-    /// By the log's clock \[s\].
+    /// By the log's clock \[s\]. Its last step ends with the log, where the wheels are as the last row has them.
     pub fn time(&self) -> f64 {
-        self.rows[0] + self.step as f64 * self.world.scene().time_step
+        (self.rows[0] + self.step as f64 * self.world.scene().time_step).min(self.rows[self.rows.len() - 1])
     }
 
     /// Goes on to the next moment that a trace keeps; whether the log had not ended before.

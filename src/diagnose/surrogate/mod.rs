@@ -17,7 +17,7 @@ use super::case::{Case, Cluster};
 use super::forward::{ForwardError, ForwardModel};
 use super::spots;
 use super::variant::{Axis, Coordinates, Variant, causes};
-use super::way::{self, ARM, Step, Way, compose, count_of, each, lasts, length, pose_at};
+use super::way::{self, ARM, Step, Way, compose, count_of, each, lasts, length};
 use crate::geometry::{Pose2, Trace};
 use crate::scene::{EmpiricalTerm, Feature, Scene, Survey, TwistPart};
 pub(super) use exact::nodes;
@@ -444,7 +444,7 @@ impl Surrogate {
             None => path[path.len() - 1],
             Some(stamp) => {
                 let share = (survey.time_of(stamp) - way.began) / way.lasts;
-                pose_at(path, share * (path.len() - 1) as f64)
+                way.pose_at(path, share * (path.len() - 1) as f64)
             }
         };
         let frame = case.frame_stamp.map_or(path[0], |stamp| at(Some(stamp)));

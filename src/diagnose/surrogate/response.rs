@@ -384,7 +384,8 @@ mod tests {
         let axis = |variant| Axis { variant, coordinate: 0 };
         let variants: Vec<Variant> =
             (0..3).map(|_| Variant::empirical(TwistPart::Forward, Feature::Speed, 1.0)).collect();
-        let way = Way { start: Pose2::IDENTITY, steps: step(0.0), began: 0.0, lasts: 1.0, hours: 0.0 };
+        let way =
+            Way { start: Pose2::IDENTITY, steps: step(0.0), bows: Vec::new(), began: 0.0, lasts: 1.0, hours: 0.0 };
         let mut responses = Responses::default();
         for variant in 0..3 {
             responses.of_axis.insert(axis(variant), Response::smooth(vec![Node::own(1.0, step(1.0))]));
