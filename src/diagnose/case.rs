@@ -347,6 +347,26 @@ impl Case {
         self.readings.iter().map(|reading| reading.stamp.map_or(1.0, place)).collect()
     }
 
+    /// How far the robot may be at `time` \[s\], between two rows of its log, from where a smooth curve has it: position \[m\] and
+    /// heading \[rad\]. A wheel that speeds up by `a` is `a t²/8` off the middle of a chord of `t`, as the rows about it show; what it
+    /// does beyond that none of them shows, and may be as much.
+    pub fn between_rows(&self, time: f64) -> [f64; 2] {
+        let Some(log) = self.run.encoders.as_ref().filter(|_| self.replayed) else { return [0.0; 2] };
+        let after = log.time.partition_point(|&row| row <= time);
+        if after == 0 || after == log.len() {
+            return [0.0; 2];
+        }
+        let step = |until: usize| {
+            let [from, to] = [until.max(1) - 1, until.min(log.len() - 1)].map(|row| log.sides(row, &self.counted));
+            let left = self.counted.left_wheel_radius * (to[0] - from[0]);
+            let right = self.counted.right_wheel_radius * (to[1] - from[1]);
+            [0.5 * (left + right), (right - left) / self.counted.track_width]
+        };
+        let (before, beyond) = (step(after - 1), step(after + 1));
+        let part = (time - log.time[after - 1]) / (log.time[after] - log.time[after - 1]);
+        [0, 1].map(|c| 4.0 * part * (1.0 - part) * (beyond[c] - before[c]).abs() / 16.0)
+    }
+
     /// Whether the counts of another run differ by more than dead reckoning can make good: centimetres.
     pub fn differs(&self, other: &Case) -> bool {
         const STEPS: usize = 100;

@@ -213,7 +213,9 @@ pub(super) fn shapes_of(surrogate: &Surrogate, case: &Case, way: &Way, path: &[P
     let later = Survey { time_offset: survey.time_offset + LATER, ..*survey };
     let clock = (flatten(case, &surrogate.readings(case, way, path, &later)) - flatten(case, &predicted)) / LATER;
     let unlogged = |stamp: Option<f64>| {
-        stamp.map_or([0.0; 2], |stamp| way.unlogged(survey.time_of(stamp), surrogate.unsteadiness))
+        let Some(time) = stamp.map(|stamp| survey.time_of(stamp)) else { return [0.0; 2] };
+        let (beyond, between) = (way.unlogged(time, surrogate.unsteadiness), case.between_rows(time));
+        [0, 1].map(|c| beyond[c].hypot(between[c]))
     };
     let of_readings: Vec<[f64; 2]> = case.readings.iter().map(|reading| unlogged(reading.stamp)).collect();
     Shapes::new(case, way, path, &predicted, clock).with_unlogged(&of_readings, unlogged(case.frame_stamp))

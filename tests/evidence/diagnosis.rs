@@ -17,7 +17,7 @@ use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Side, Spot
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 
-fn base() -> Scene {
+pub fn base() -> Scene {
     let mut scene = Scene::load("jnpf_4wd", "lab_floor").expect("shipped");
     scene.time_step = Simulator::TIME_STEP;
     scene
@@ -56,7 +56,7 @@ fn gained(score: &Score) -> f64 {
 }
 
 /// Squares that the robot of `world` drives, as one notes them who takes it for `model`.
-fn squares(world: &Scene, model: &Scene, data: DataKind, seed: u64) -> Dataset {
+pub fn squares(world: &Scene, model: &Scene, data: DataKind, seed: u64) -> Dataset {
     let challenge = Challenge {
         seed,
         data,
@@ -71,13 +71,13 @@ fn squares(world: &Scene, model: &Scene, data: DataKind, seed: u64) -> Dataset {
 }
 
 /// The runs of 2 m squares.
-fn small(mut dataset: Dataset) -> Dataset {
+pub fn small(mut dataset: Dataset) -> Dataset {
     dataset.runs.retain(|run| matches!(run.protocol, Protocol::Square { side, .. } if side < 3.0));
     dataset
 }
 
 /// How far the first number of a finding is from the truth \[σ\].
-fn off(finding: &Finding, truth: f64) -> f64 {
+pub fn off(finding: &Finding, truth: f64) -> f64 {
     let parameter = finding.parameters[0];
     (parameter.value - truth) / parameter.std_dev.expect("it was sought")
 }
@@ -398,7 +398,7 @@ pub fn diagnosed(model: &Scene, dataset: &Dataset) -> Diagnosis {
 }
 
 /// The same by responses of its runs that are known, or are from now on.
-fn diagnosed_knowing(model: &Scene, dataset: &Dataset, library: &mut Option<Library>) -> Diagnosis {
+pub fn diagnosed_knowing(model: &Scene, dataset: &Dataset, library: &mut Option<Library>) -> Diagnosis {
     diagnosed_under(Options::default(), model, dataset, library)
 }
 

@@ -20,6 +20,7 @@ mod property;
 mod quasi_static;
 mod report;
 mod rig;
+mod stamps;
 mod sweep;
 mod swivel;
 mod windows;
