@@ -356,15 +356,20 @@ impl Case {
         if after == 0 || after == log.len() {
             return [0.0; 2];
         }
-        let step = |until: usize| {
-            let [from, to] = [until.max(1) - 1, until.min(log.len() - 1)].map(|row| log.sides(row, &self.counted));
+        // Mean speeds of the way and of the turn up to a row; beyond either end it goes on.
+        let speeds = |row: usize| {
+            let row = row.clamp(1, log.len() - 1);
+            let (from, to) = (log.sides(row - 1, &self.counted), log.sides(row, &self.counted));
             let left = self.counted.left_wheel_radius * (to[0] - from[0]);
             let right = self.counted.right_wheel_radius * (to[1] - from[1]);
-            [0.5 * (left + right), (right - left) / self.counted.track_width]
+            let lasts = (log.time[row] - log.time[row - 1]).max(f64::MIN_POSITIVE);
+            [0.5 * (left + right) / lasts, (right - left) / self.counted.track_width / lasts]
         };
-        let (before, beyond) = (step(after - 1), step(after + 1));
-        let part = (time - log.time[after - 1]) / (log.time[after] - log.time[after - 1]);
-        [0, 1].map(|c| 4.0 * part * (1.0 - part) * (beyond[c] - before[c]).abs() / 16.0)
+        let (before, beyond) = (speeds(after - 1), speeds(after + 1));
+        let lasts = log.time[after] - log.time[after - 1];
+        let part = (time - log.time[after - 1]) / lasts;
+        // The middles of the rows' neighbours are 2 t apart.
+        [0, 1].map(|c| 4.0 * part * (1.0 - part) * lasts / 16.0 * (beyond[c] - before[c]).abs())
     }
 
     /// Whether the counts of another run differ by more than dead reckoning can make good: centimetres.
