@@ -7,7 +7,7 @@ use super::case::{Case, Cluster};
 use super::doubt::{self, MotionError};
 use super::low_rank::LowRank;
 use super::surrogate::{self, Surrogate};
-use super::variant::{Axis, Coordinates, Variant, moved_along};
+use super::variant::{Axis, CLOCKS, Coordinates, Variant, moved_along};
 use super::way::{add_times, compose};
 use crate::geometry::Pose2;
 use crate::scene::{Scene, Survey};
@@ -85,7 +85,10 @@ impl Problem<'_> {
 
     /// The coordinate's value at which nothing changes is 0 throughout.
     fn step(&self, axis: Axis) -> f64 {
-        1e-3 * self.variants[axis.variant].coordinates[axis.coordinate].std_dev
+        let variant = &self.variants[axis.variant];
+        // A reading moves on with its clock from where the robot stands to where it goes: what lies ahead is seen from afar.
+        let part = if variant.effect.id == CLOCKS { 0.1 } else { 1e-3 };
+        part * variant.coordinates[axis.coordinate].std_dev
     }
 
     /// Residuals at `at` and sensitivities along `axes` there.
@@ -114,9 +117,13 @@ impl Problem<'_> {
                 let looks = self.looks(axis);
                 step = *looks.get(look).unwrap_or(&looks[0]);
             }
-            let moved = moved_along(at, axis, step);
-            let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);
-            (moved, survey, step)
+            let there = |step| {
+                let moved = moved_along(at, axis, step);
+                let survey = self.surrogate.survey_of(self.scene, &moved, self.variants);
+                (moved, survey)
+            };
+            let back = (self.variants[axis.variant].effect.id == CLOCKS).then(|| there(-step));
+            (there(step), back, step)
         };
         let shifted: Vec<_> = axes.iter().map(shift).collect();
         let mut residuals: Vec<DVector<f64>> = self.cases.iter().map(|_| DVector::zeros(0)).collect();
@@ -140,8 +147,14 @@ impl Problem<'_> {
             let path = compose(self.surrogate.ways[reference].start, &steps);
             let here = self.read(reference, &path, &survey);
             let mut jacobian = DMatrix::zeros(here.len(), axes.len());
-            for (column, (axis, (moved, survey, step))) in axes.iter().zip(&shifted).enumerate() {
+            for (column, (axis, ((moved, survey), back, step))) in axes.iter().zip(&shifted).enumerate() {
                 let survey = by_own(*survey, moved);
+                if let Some((moved, earlier)) = back {
+                    // The path is the same, read earlier and later.
+                    let earlier = self.read(reference, &path, &by_own(*earlier, moved));
+                    jacobian.set_column(column, &((self.read(reference, &path, &survey) - earlier) / (2.0 * step)));
+                    continue;
+                }
                 let hourly = self.variants[axis.variant].coordinates[axis.coordinate].hourly;
                 let there = if hourly {
                     self.predict_at_an_hour(index, reference, at, moved, &survey)

@@ -70,14 +70,17 @@ pub(super) fn columns(
         |at: &Coordinates| study.surrogate.survey_in(case.campaign, study.model.scene(), at, &study.variants);
     let path = compose(way.start, &way.steps);
     let read = |at: &Coordinates| flatten(case, &study.surrogate.readings(case, way, &path, &survey_of(at)));
-    let here = read(at);
+    // By the survey of then, whatever is wrong with that of now.
+    let at: Vec<(Axis, f64)> =
+        at.iter().copied().filter(|(axis, _)| !study.variants[axis.variant].effect.is_survey()).collect();
+    let here = read(&at);
     let surveyed = study.variants.iter().enumerate().filter(|(_, it)| it.is_cause() && it.effect.is_survey());
     let surveyed = surveyed.flat_map(|(variant, it)| {
         it.coordinates.iter().enumerate().map(move |(coordinate, along)| (Axis { variant, coordinate }, along.std_dev))
     });
     let mut all: Vec<DVector<f64>> = motion.column_iter().map(|column| column.into_owned()).collect();
     all.extend(
-        surveyed.map(|(axis, std_dev)| (read(&moved_along(at, axis, SMALL * std_dev)) - &here) / (SMALL * WIDE)),
+        surveyed.map(|(axis, std_dev)| (read(&moved_along(&at, axis, SMALL * std_dev)) - &here) / (SMALL * WIDE)),
     );
     DMatrix::from_columns(&all)
 }

@@ -109,12 +109,26 @@ impl Way {
         let k = (place as usize).min(last - 1);
         let part = place - k as f64;
         let smooth = within(path, k, part);
-        let Some(bow) = self.bows.get(k) else { return smooth };
-        let fine = part * FINE as f64;
-        let before = (fine as usize).min(FINE - 1);
-        let node = |at: usize| if at == 0 || at == FINE { Step::default() } else { bow[at - 1] };
-        let (one, next, between) = (node(before), node(before + 1), fine - before as f64);
-        let [x, y, turn] = each(|c| one[c] + between * (next[c] - one[c]));
+        if self.bows.is_empty() {
+            return smooth;
+        }
+        let bow = |node: usize| match (node / FINE, node % FINE) {
+            (_, 0) => Step::default(),
+            (k, part) => self.bows[k][part - 1],
+        };
+        let node = (k * FINE + (part * FINE as f64) as usize).min(last * FINE - 1);
+        let part = place * FINE as f64 - node as f64;
+        let [p2, p3] = [part * part, part * part * part];
+        let (one, next) = (bow(node), bow(node + 1));
+        let (before, beyond) = (bow(node.saturating_sub(1)), bow((node + 2).min(last * FINE)));
+        let [x, y, turn] = each(|c| {
+            let [setting_out, arriving] = [0.5 * (next[c] - before[c]), 0.5 * (beyond[c] - one[c])];
+            let way = next[c] - one[c];
+            one[c]
+                + part * setting_out
+                + p2 * (3.0 * way - 2.0 * setting_out - arriving)
+                + p3 * (setting_out + arriving - 2.0 * way)
+        });
         let (sin, cos) = path[k].heading.sin_cos();
         Pose2::new(smooth.x + cos * x - sin * y, smooth.y + sin * x + cos * y, smooth.heading + turn)
     }

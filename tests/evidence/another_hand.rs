@@ -222,6 +222,6 @@ fn each_campaign_has_clocks_of_its_own() {
     assert_eq!(found.clocks.len(), days.len());
     for (clock, (day, offset)) in found.clocks.iter().zip(&days) {
         assert_eq!(clock.campaign, day.campaign.name);
-        assert!((clock.offset - offset).abs() < 3.0 * clock.std_dev && clock.std_dev < 0.03, "{clock:?}");
+        assert!((clock.offset - offset).abs() < 3.0 * clock.std_dev && clock.std_dev < 0.003, "{clock:?}");
     }
 }
