@@ -6,7 +6,7 @@ use crate::diagnose::case::{Case, Cluster};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::spots;
 use crate::diagnose::variant::{Axis, Coordinate, Coordinates, Variant, edited};
-use crate::diagnose::way::{Step, Way, each, length, subtract};
+use crate::diagnose::way::{Step, each, length, steps_along, subtract};
 use crate::geometry::Trace;
 use crate::scene::SpottedFloor;
 use rayon::prelude::*;
@@ -449,7 +449,7 @@ impl Surrogate {
     /// By how much the steps of a trace of a cluster's reference run are not those of the model as given.
     fn changed(&self, cluster: &Cluster, case: &Case, trace: &Trace) -> Vec<Step> {
         let way = &self.ways[cluster.reference];
-        let edited = Way::of(trace, way.steps.len(), case.replayed, 0.0);
-        edited.steps.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect()
+        let edited = steps_along(trace, way.steps.len(), case.replayed);
+        edited.iter().zip(&way.steps).map(|(a, b)| each(|c| a[c] - b[c])).collect()
     }
 }
