@@ -197,6 +197,11 @@ impl EncoderLog {
         self.time.is_empty()
     }
 
+    /// What its columns count in \[rad\]; `None`: they are angles already.
+    pub fn tick(&self, odometry: &OdometryParameters) -> Option<f64> {
+        (self.unit == EncoderUnit::Ticks).then(|| odometry.angle_of_ticks(1.0))
+    }
+
     /// Rotation of one channel at `row` \[rad\]; `odometry` turns ticks into radians.
     pub fn radians(&self, row: usize, channel: usize, odometry: &OdometryParameters) -> f64 {
         let count = self.counts[row * self.channels.len() + channel];

@@ -356,17 +356,21 @@ impl Case {
         if after == 0 || after == log.len() {
             return [0.0; 2];
         }
-        // Mean speeds of the way and of the turn up to a row; beyond either end it goes on.
-        let speeds = |row: usize| {
-            let row = row.clamp(1, log.len() - 1);
-            let (from, to) = (log.sides(row - 1, &self.counted), log.sides(row, &self.counted));
+        let lasts = log.time[after] - log.time[after - 1];
+        // Mean speeds of the way and of the turn between two rows that are about as far apart, beyond either end those of the last.
+        let speeds = |from: usize, to: usize| {
+            let took = log.time[to] - log.time[from];
+            let [from, to] = [from, to].map(|row| log.sides(row, &self.counted));
             let left = self.counted.left_wheel_radius * (to[0] - from[0]);
             let right = self.counted.right_wheel_radius * (to[1] - from[1]);
-            let lasts = (log.time[row] - log.time[row - 1]).max(f64::MIN_POSITIVE);
-            [0.5 * (left + right) / lasts, (right - left) / self.counted.track_width / lasts]
+            [0.5 * (left + right) / took, (right - left) / self.counted.track_width / took]
         };
-        let (before, beyond) = (speeds(after - 1), speeds(after + 1));
-        let lasts = log.time[after] - log.time[after - 1];
+        let earlier = log.time[..after].partition_point(|&row| row <= log.time[after - 1] - lasts).saturating_sub(1);
+        let later =
+            (after + log.time[after..].partition_point(|&row| row < log.time[after] + lasts)).min(log.len() - 1);
+        let before = if log.time[earlier] < log.time[after - 1] { [earlier, after - 1] } else { [after - 1, after] };
+        let beyond = if log.time[later] > log.time[after] { [after, later] } else { [after - 1, after] };
+        let [before, beyond] = [before, beyond].map(|[from, to]| speeds(from, to));
         let part = (time - log.time[after - 1]) / lasts;
         // The middles of the rows' neighbours are 2 t apart.
         [0, 1].map(|c| 4.0 * part * (1.0 - part) * lasts / 16.0 * (beyond[c] - before[c]).abs())

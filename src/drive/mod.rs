@@ -9,6 +9,7 @@ mod observe;
 mod overrun;
 mod replay;
 mod run;
+mod smooth;
 
 pub use crate::world::{CELLS_ACROSS, CELLS_ALONG, PatchSnapshot, WheelSnapshot};
 pub use beside::{replay_beside, run_beside};

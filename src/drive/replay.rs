@@ -2,6 +2,7 @@
 
 use super::error::DriveError;
 use super::run::{SETTLE, at_time, in_world, stream};
+use super::smooth;
 use crate::dataset::{EncoderLog, Run, Stop};
 use crate::geometry::{Pose2, Trace};
 use crate::odometry::{DeadReckoning, OdometryParameters};
@@ -185,8 +186,8 @@ impl Rotation {
             None => log.sides(row, counted)[usize::from(wheel.side == Side::Right)],
         };
         let drivetrain = &scene.robot.drivetrain;
-        let encoder: Vec<f64> =
-            (0..log.len()).map(|row| (counts(row) - counts(0)) / (1.0 - wheel.count_loss)).collect();
+        let read: Vec<f64> = (0..log.len()).map(|row| (counts(row) - counts(0)) / (1.0 - wheel.count_loss)).collect();
+        let encoder = smooth::turned(&log.time, &read, log.tick(counted));
         let overrun = drivetrain.stop_overrun;
         let coastings = Coasting::all(&log.time, stops, &encoder);
         let mut play = Play::new(drivetrain.backlash);
@@ -235,20 +236,23 @@ fn held(drivetrain: &Drivetrain) -> f64 {
 }
 
 /// Speeds at each row \[rad/s\]: a parabola's through its neighbours, as far as no angle between rows is beyond those of the rows
-/// [Steffen, *Astron. Astrophys.* 239 (1990) 443–450]: a wheel that stands between counts stands.
+/// [Steffen, *Astron. Astrophys.* 239 (1990) 443–450]: a wheel that stands between counts stands. Rows of one stamp have one speed.
 fn speeds(time: &[f64], angle: &[f64]) -> Vec<f64> {
-    let means: Vec<(f64, f64)> = (1..time.len())
-        .map(|row| (time[row] - time[row - 1], angle[row] - angle[row - 1]))
-        .map(|(lasts, way)| (lasts, if lasts > 0.0 { way / lasts } else { 0.0 }))
-        .collect();
-    let inner = means.windows(2).map(|pair| {
-        let [(before, first), (after, second)] = [pair[0], pair[1]];
-        let parabola = (first * after + second * before) / (before + after).max(f64::MIN_POSITIVE);
+    let lasts = |row: usize| time[row] - time[row - 1];
+    let mean = |row: usize| (lasts(row), (angle[row] - angle[row - 1]) / lasts(row));
+    let takes_time = |row: &usize| lasts(*row) > 0.0;
+    let rows = time.len();
+    let of_row = |row: usize| {
+        let before = (1..=row).rev().find(takes_time).map(mean);
+        let after = (row + 1..rows).find(takes_time).map(mean);
+        let (Some((before, first)), Some((after, second))) = (before, after) else {
+            return before.or(after).map_or(0.0, |(_, speed)| speed);
+        };
+        let parabola = (first * after + second * before) / (before + after);
         let least = first.abs().min(second.abs()).min(0.5 * parabola.abs());
         if first * second > 0.0 { 2.0 * least.copysign(first) } else { 0.0 }
-    });
-    let ends = [means.first(), means.last()].map(|mean| mean.map_or(0.0, |(_, speed)| *speed));
-    std::iter::once(ends[0]).chain(inner).chain([ends[1]]).collect()
+    };
+    (0..rows).map(of_row).collect()
 }
 
 /// On a line between rows \[rad\].

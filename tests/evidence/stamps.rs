@@ -11,7 +11,7 @@ use treadmark::experiment::DataKind;
 type Change = fn(&mut Dataset);
 
 /// The same runs, otherwise stamped or read.
-const OTHERWISE: [(&str, Change); 6] = [
+const OTHERWISE: [(&str, Change); 8] = [
     ("as they are", |_| {}),
     ("by the clock of the wall", |dataset| {
         each_log(dataset, |log, poses| {
@@ -26,6 +26,31 @@ const OTHERWISE: [(&str, Change); 6] = [
             let rows: Vec<usize> = (0..=last).filter(|row| row % 5 == 0 || *row == last).collect();
             log.time = rows.iter().map(|row| log.time[*row]).collect();
             log.counts = rows.iter().flat_map(|row| log.counts[row * width..][..width].to_vec()).collect();
+        });
+    }),
+    ("stamps that are 2 ms off from row to row", |dataset| {
+        let mut rng = ChaCha8Rng::seed_from_u64(9);
+        each_log(dataset, |log, poses| {
+            for times in [&mut log.time, &mut poses.time] {
+                let mut latest = 0.0f64;
+                for time in times.iter_mut() {
+                    let off: f64 = StandardNormal.sample(&mut rng);
+                    latest = latest.max(*time + 0.002 * off);
+                    *time = latest;
+                }
+            }
+        });
+    }),
+    ("rows that are held up", |dataset| {
+        let mut rng = ChaCha8Rng::seed_from_u64(10);
+        each_log(dataset, |log, _| {
+            let mut free = 0.0f64;
+            for time in &mut log.time {
+                if rng.next_u64() % 50 == 0 {
+                    free = *time + 0.05;
+                }
+                *time = time.max(free);
+            }
         });
     }),
     ("a tracker that runs before and after", |dataset| {
