@@ -3,8 +3,9 @@
 //! A staircase of ticks, and all the more stamps that come a millisecond early or late, make a wheel that follows them shake; and a
 //! tyre whose slip is shaken resists less aside. A log of 50 Hz whose stamps are off by 2 ms turned the JNPF-4WD by 94 mrad too
 //! much in a square. Wheels have inertia: their speed is taken for a random walk, as strong as the log has it over a tenth of a
-//! second, and readings are as uncertain as a tick and as their stamps are. The most likely way is a cubic smoothing spline
-//! [Wahba, *J. R. Stat. Soc. B* 40 (1978) 364–372], found by a Kalman filter and the smoother of Bryson and Frazier
+//! second, and a reading is as uncertain as a tick, as the time by which rows are off from their neighbours (stamps that are late, an
+//! encoder that is uneven, or sits before gears that are), and as a queue that held it up. The most likely way is a cubic smoothing
+//! spline [Wahba, *J. R. Stat. Soc. B* 40 (1978) 364–372], found by a Kalman filter and the smoother of Bryson and Frazier
 //! [Bierman, *Int. J. Control* 18 (1973) 1–16]. Where readings are finer than what a wheel may do between rows, that is the log itself.
 
 /// Time over which a wheel's speed is told \[s\].
@@ -27,7 +28,7 @@ pub(super) fn turned(time: &[f64], read: &[f64], tick: Option<f64>) -> Vec<f64> 
     }
     let speed = speeds(time, read);
     let walk = walk(time, read);
-    let tick = quantum(read).or(tick).unwrap_or(0.0);
+    let tick = quantum(read).into_iter().chain(tick).reduce(f64::min).unwrap_or(0.0);
     let late = stamps_off(time, read, &speed, walk, tick);
     let of_row = |(speed, held_up): (&f64, f64)| tick * tick / 12.0 + speed * speed * (late * late + held_up * held_up);
     let variance: Vec<f64> = speed.iter().zip(held_up(time)).map(of_row).collect();
@@ -99,17 +100,19 @@ fn walk(time: &[f64], read: &[f64]) -> f64 {
     if lasted > 0.0 { squares / lasted } else { 0.0 }
 }
 
-/// What a column counts in \[rad\]: its least step, where nearly all steps are multiples of it.
+/// What a column counts in \[rad\]: its least step, where nearly all steps are multiples of it and some are of several; a wheel that
+/// turns evenly shows none.
 fn quantum(read: &[f64]) -> Option<f64> {
     const LEAST: f64 = 1e-9;
     let steps = || read.windows(2).map(|pair| (pair[1] - pair[0]).abs()).filter(|step| *step > LEAST);
-    let least = steps().reduce(f64::min)?;
+    let (least, most) = steps().fold((f64::INFINITY, 0.0f64), |(least, most), step| (least.min(step), most.max(step)));
     let whole = steps().filter(|step| ((step / least).round() - step / least).abs() < 0.1).count();
-    (whole as f64 >= ALL_BUT * steps().count() as f64).then_some(least)
+    (most > 4.0 * least && whole as f64 >= ALL_BUT * steps().count() as f64).then_some(least)
 }
 
-/// By how much stamps are off from row to row \[s\], 1 σ: what rows are off by from a cubic through their neighbours while a wheel is
-/// brisk, beyond a tick's and the random walk's share.
+/// By how much rows are off in time \[s\], 1 σ: what they are off by from a cubic through their neighbours while a wheel is brisk,
+/// beyond a tick's and the random walk's share. A median tells it: a few rows about every start and stop are off by what a walk
+/// does not know.
 fn stamps_off(time: &[f64], read: &[f64], speed: &[f64], walk: f64, tick: f64) -> f64 {
     let brisk = 0.5 * (speed.iter().map(|speed| speed * speed).sum::<f64>() / speed.len() as f64).sqrt();
     let off = (2..read.len() - 2).filter(|&row| speed[row].abs() > brisk).filter_map(|row| {
@@ -283,6 +286,19 @@ mod tests {
             let found = stamps_off(&time, &read, &speed, walk, TICK);
             assert!((0.5..1.5).contains(&(found / off)), "{found} s for {off} s");
         }
+    }
+
+    /// Ticks are told from angles, and from a wheel that turns evenly.
+    #[test]
+    fn what_a_column_counts_in_is_known() {
+        let time = rows(50.0);
+        let angles = |of: fn(f64) -> f64| time.iter().map(|&time| of(time)).collect::<Vec<f64>>();
+        let noted = |angle: f64| (angle * 1e7).round() / 1e7;
+        let ticks: Vec<f64> = angles(law).into_iter().map(|angle| noted(counted(angle))).collect();
+        assert!(quantum(&ticks).is_some_and(|tick| (tick / TICK - 1.0).abs() < 1e-3), "{:?}", quantum(&ticks));
+        assert_eq!(quantum(&angles(f64::sin)), None);
+        assert_eq!(quantum(&angles(|time| 0.3 * time)), None);
+        assert_eq!(quantum(&[0.0; 20]), None);
     }
 
     /// A queue that was held up is known to the row; stamps that are rounded, rows left out and a rate that changes are no queue.
