@@ -68,8 +68,9 @@ pub(super) struct Rotations {
 pub(super) fn rotations(scene: &Scene, run: &Run, log: &EncoderLog, counted: &OdometryParameters) -> Rotations {
     let scene = &at_time(scene, run.started);
     let stops = if scene.robot.drivetrain.stop_overrun > 0.0 { log.stops(counted) } else { Vec::new() };
+    let held_up = smooth::held_up(&log.time);
     let wheels: Vec<Rotation> =
-        scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &stops, counted)).collect();
+        scene.robot.wheels.iter().map(|wheel| Rotation::of(scene, wheel, log, &held_up, &stops, counted)).collect();
     let began_moving = wheels.iter().any(|wheel| wheel.initial_speed != 0.0);
     let run_up = if began_moving { RUN_UP[0] + held(&scene.robot.drivetrain) } else { 0.0 };
     let began_at = wheels.iter().map(|wheel| wheel.run_up(-run_up)).collect();
@@ -178,8 +179,15 @@ struct Rotation {
 }
 
 impl Rotation {
-    /// `stops` are those after which wheels coast.
-    fn of(scene: &Scene, wheel: &Wheel, log: &EncoderLog, stops: &[Stop], counted: &OdometryParameters) -> Rotation {
+    /// `held_up` is how late each row was stamped \[s\], `stops` are those after which wheels coast.
+    fn of(
+        scene: &Scene,
+        wheel: &Wheel,
+        log: &EncoderLog,
+        held_up: &[f64],
+        stops: &[Stop],
+        counted: &OdometryParameters,
+    ) -> Rotation {
         let own = log.channels.iter().position(|channel| *channel == wheel.name);
         let counts = |row: usize| match own {
             Some(channel) => log.radians(row, channel, counted),
@@ -187,7 +195,7 @@ impl Rotation {
         };
         let drivetrain = &scene.robot.drivetrain;
         let read: Vec<f64> = (0..log.len()).map(|row| (counts(row) - counts(0)) / (1.0 - wheel.count_loss)).collect();
-        let encoder = smooth::turned(&log.time, &read, log.tick(counted));
+        let encoder = smooth::turned(&log.time, &read, log.tick(counted), held_up);
         let overrun = drivetrain.stop_overrun;
         let coastings = Coasting::all(&log.time, stops, &encoder);
         let mut play = Play::new(drivetrain.backlash);

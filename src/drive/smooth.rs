@@ -21,8 +21,8 @@ const MEDIAN_SQUARE: f64 = 0.4549;
 const ALL_BUT: f64 = 0.95;
 
 /// Angles at the times of `read` as the wheel most likely turned \[rad\]. `tick` \[rad\] is what its column counts in, where that
-/// is known.
-pub(super) fn turned(time: &[f64], read: &[f64], tick: Option<f64>) -> Vec<f64> {
+/// is known, `held_up` how late its rows were stamped.
+pub(super) fn turned(time: &[f64], read: &[f64], tick: Option<f64>, held_up: &[f64]) -> Vec<f64> {
     if read.len() < FEWEST {
         return read.to_vec();
     }
@@ -30,20 +30,24 @@ pub(super) fn turned(time: &[f64], read: &[f64], tick: Option<f64>) -> Vec<f64> 
     let walk = walk(time, read);
     let tick = quantum(read).into_iter().chain(tick).reduce(f64::min).unwrap_or(0.0);
     let late = stamps_off(time, read, &speed, walk, tick);
-    let of_row = |(speed, held_up): (&f64, f64)| tick * tick / 12.0 + speed * speed * (late * late + held_up * held_up);
-    let variance: Vec<f64> = speed.iter().zip(held_up(time)).map(of_row).collect();
+    let of_row =
+        |(speed, held_up): (&f64, &f64)| tick * tick / 12.0 + speed * speed * (late * late + held_up * held_up);
+    let variance: Vec<f64> = speed.iter().zip(held_up).map(of_row).collect();
     smoothed(time, read, &variance, walk, &speed)
 }
 
 /// How late each row was stamped \[s\] where rows were held up on their way: after a pause they come on one another's heels until
 /// they have caught up with the usual time between them.
-fn held_up(time: &[f64]) -> Vec<f64> {
+pub(super) fn held_up(time: &[f64]) -> Vec<f64> {
     /// What a pause is, in usual times between rows: more than rounded stamps are apart.
     const PAUSE: f64 = 1.5;
+    let mut late = vec![0.0; time.len()];
+    if time.len() < FEWEST {
+        return late;
+    }
     let apart: Vec<f64> = time.windows(2).map(|pair| pair[1] - pair[0]).collect();
     let mean = (time[time.len() - 1] - time[0]) / apart.len() as f64;
     let usual = median(&mut apart.clone()).min(mean);
-    let mut late = vec![0.0; time.len()];
     for (row, apart) in apart.iter().enumerate() {
         let before: f64 = late[row];
         if before > 0.0 || *apart > PAUSE * usual {
@@ -146,7 +150,6 @@ fn median(values: &mut [f64]) -> f64 {
 }
 
 /// A row as the filter has it.
-#[derive(Clone, Copy)]
 struct Filtered {
     /// Angle and speed, and their covariance (θθ, θω, ωω).
     state: [f64; 2],
@@ -215,6 +218,11 @@ mod tests {
 
     fn rows(rate: f64) -> Vec<f64> {
         (0..).map(|row| f64::from(row) / rate).take_while(|time| *time <= 6.0).collect()
+    }
+
+    /// Of a log of this wheel alone.
+    fn turned(time: &[f64], read: &[f64], tick: Option<f64>) -> Vec<f64> {
+        super::turned(time, read, tick, &held_up(time))
     }
 
     fn counted(angle: f64) -> f64 {

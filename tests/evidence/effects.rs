@@ -1245,6 +1245,19 @@ fn a_replay_of_its_own_log_goes_where_the_run_went() {
     });
 }
 
+/// Replays of two logs of one run end within what is open: position \[m\], heading \[rad\].
+fn replays_end_alike(scene: &Scene, logs: [&Run; 2], (open, open_heading): (f64, f64), what: &str) {
+    let [one, other] = logs.map(|run| {
+        let trace = drive::replay(scene, run, &scene.robot.odometry, &AtomicBool::new(false)).expect("it goes");
+        *trace.poses.last().expect("it has a start")
+    });
+    let (position, heading) = (other.distance(one), (other.heading - one.heading).abs());
+    assert!(
+        position < open && heading < open_heading,
+        "{what}: {position:.2e} of {open:.2e} m, {heading:.2e} of {open_heading:.2e} rad"
+    );
+}
+
 /// Between rows wheels turn as smoothly as they did: three rows of four left out, which leaves 12.5 Hz, a replay ends where that of
 /// the whole log does. A parabola through three rows is a dt²/32 aside where an acceleration sets in, twice where the driver's
 /// commands step. On straight lines between rows it turned 5.6 mrad less a square.
@@ -1253,23 +1266,14 @@ fn a_replay_of_few_rows_goes_where_that_of_all_goes() {
     ["jnpf_4wd", "optiodom", "husky_a200"].into_par_iter().for_each(|robot| {
         let scene = bench(robot);
         let (run, _) = watched(&scene, square(1.0));
-        let end = |run: &Run| {
-            let trace = drive::replay(&scene, run, &scene.robot.odometry, &AtomicBool::new(false)).expect("it goes");
-            *trace.poses.last().expect("it has a start")
-        };
         let mut thinned = run.measured.clone();
         let log = thinned.encoders.as_mut().expect("it is logged");
         let (width, last) = (log.channels.len(), log.len() - 1);
         let rows: Vec<usize> = (0..last).step_by(4).chain([last]).collect();
         log.counts = rows.iter().flat_map(|row| &log.counts[row * width..(row + 1) * width]).copied().collect();
         log.time = rows.iter().map(|&row| log.time[row]).collect();
-        let (whole, few) = (end(&run.measured), end(&thinned));
-        let (position, heading) = (few.distance(whole), (few.heading - whole.heading).abs());
-        let (open, open_heading) = open_by(&scene, 0.08f64.powi(2) / 16.0, 1.5, 0.0);
-        assert!(
-            position < open && heading < open_heading,
-            "{robot}: {position:.2e} of {open:.2e} m, {heading:.2e} of {open_heading:.2e} rad"
-        );
+        let open = open_by(&scene, 0.08f64.powi(2) / 16.0, 1.5, 0.0);
+        replays_end_alike(&scene, [&run.measured, &thinned], open, robot);
     });
 }
 
@@ -1317,20 +1321,11 @@ fn a_replay_does_not_shake() {
     cases.collect::<Vec<_>>().into_par_iter().for_each(|(robot, (how, change))| {
         let scene = bench(robot);
         let (run, _) = watched(&scene, square(1.0));
-        let end = |run: &Run| {
-            let trace = drive::replay(&scene, run, &scene.robot.odometry, &AtomicBool::new(false)).expect("it goes");
-            *trace.poses.last().expect("it has a start")
-        };
         let mut changed = run.measured.clone();
         let log = changed.encoders.as_mut().expect("it is logged");
         change(&mut log.time, &mut log.counts, log.channels.len());
-        let (plain, other) = (end(&run.measured), end(&changed));
-        let (position, heading) = (other.distance(plain), (other.heading - plain.heading).abs());
-        let (open, open_heading) = left_open(&scene, 1.5, TAU);
-        assert!(
-            position < open && heading < open_heading,
-            "{robot} {how}: {position:.2e} of {open:.2e} m, {heading:.2e} of {open_heading:.2e} rad"
-        );
+        let open = left_open(&scene, 1.5, TAU);
+        replays_end_alike(&scene, [&run.measured, &changed], open, &format!("{robot} {how}"));
     });
 }
 
