@@ -54,7 +54,7 @@ pub use surrogate::Library;
 pub use tyres::OtherTyres;
 
 use crate::dataset::Dataset;
-use crate::scene::{Doubt, TwistPart};
+use crate::scene::{Doubt, Feature, GRAVITY, TermPart};
 use case::{Case, Cluster, with_clocks};
 use doubt::MotionError;
 use forward::Base;
@@ -66,7 +66,7 @@ use std::sync::OnceLock;
 use surrogate::{Candidates, Surrogate};
 use variant::{TyrePart, Variant};
 
-/// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\].
+/// What is plausible of an empirical term: its part of the twist over the speed \[–, rad/m\], or of a force over the weight.
 const PLAUSIBLE_TERM: f64 = 0.01;
 
 /// What a calibration finds.
@@ -227,14 +227,19 @@ impl<'m> Study<'m> {
         let mut surrogate =
             Surrogate::new(&model, &cases, &clusters, used_clusters, &mut variants, candidates, progress)?;
         left_out.append(&mut surrogate.refused);
-        let (features, speed) = surrogate.sizes(&clusters[..used_clusters]);
-        for part in TwistPart::ALL {
-            // A hundredth of the speed, or so many radians a metre.
-            for (feature, size) in features.iter().filter(|(_, size)| *size > 1e-9) {
-                variants.push(Variant::empirical(part, *feature, PLAUSIBLE_TERM * speed / size));
+        // A hundredth of the speed, or so many radians a metre; of the weight, where it is known what that pulls.
+        let size = |part, feature| surrogate.size(part, feature, &clusters[..used_clusters]);
+        let (speed, weight) = (size(TermPart::Forward, Feature::Speed), scene.robot.mass() * GRAVITY);
+        let of_twist = TermPart::TWIST.into_iter().flat_map(|part| Feature::OF_MOTION.map(|it| (part, it, speed)));
+        let of_place = Feature::OF_PLACE.map(|feature| (TermPart::Potential, feature, weight));
+        let pulls = variants.iter().any(Variant::is_slope);
+        for (part, feature, whole) in of_twist.chain(of_place.into_iter().filter(|_| pulls)) {
+            let size = size(part, feature);
+            if size > 1e-9 {
+                variants.push(Variant::empirical(part, feature, PLAUSIBLE_TERM * whole / size));
             }
         }
-        surrogate.add_terms(&clusters, &variants);
+        surrogate.add_terms(&clusters, &variants, weight);
         // Where the last campaign is remembered, what it left is known better than what a calibration would find.
         let remembers = |cluster: &Cluster| {
             let label = conditions[cluster.condition].label();

@@ -17,7 +17,7 @@ use super::surrogate::Candidates;
 use super::variant::{Axis, Variant};
 use super::{DiagnoseError, Diagnosis, Finding, ForwardError, ForwardModel, Found, Runs, Study, Verdict, verdict};
 use crate::effect::Effect;
-use crate::scene::{Contact, EmpiricalTerm, Feature, TwistPart};
+use crate::scene::{Contact, EmpiricalTerm, Feature, TermPart};
 
 /// Chance beforehand that wheels meet the ground by another law than the model's.
 const ANOTHER: f64 = 0.03;
@@ -198,7 +198,7 @@ pub(super) fn judge(
 
 /// The term of a yaw rate that is off in proportion: any track; `None` where nothing turns.
 fn track(study: &Study<'_>) -> Option<usize> {
-    let is_track = |term: EmpiricalTerm| term.part == TwistPart::Yaw && term.feature == Feature::YawRate;
+    let is_track = |term: EmpiricalTerm| term.part == TermPart::Yaw && term.feature == Feature::YawRate;
     study.variants.iter().position(|variant| variant.term().is_some_and(is_track))
 }
 

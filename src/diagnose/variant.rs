@@ -1,7 +1,7 @@
 //! The candidates: effects as coordinates that a search can move along.
 
 use crate::effect::{Cause, EFFECTS, Effect, Family, NO_CAUSE, Prior};
-use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, TwistPart};
+use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, TermPart};
 use std::collections::BTreeMap;
 use std::f64::consts::FRAC_1_SQRT_2;
 
@@ -20,7 +20,7 @@ pub(super) enum Role {
     Cause,
     /// One that the model cannot be driven with, as a load that tips the robot: it explains nothing.
     Refused,
-    /// A term of the body's twist in place of a cause, for a coefficient of 1.
+    /// A term of a formula in place of a cause, for a coefficient of 1.
     Term(EmpiricalTerm),
     /// In doubt: what a calibration finds.
     Calibration,
@@ -204,8 +204,13 @@ impl Variant {
         (self.effect.id == SPOT).then(|| [self.held[0].1, self.held[1].1])
     }
 
-    /// A term of the body's twist without a cause; `std_dev` is what is plausible of its coefficient.
-    pub fn empirical(part: TwistPart, feature: Feature, std_dev: f64) -> Variant {
+    /// Whether it is a slope of the floor, whose pull along x and y are its coordinates.
+    pub fn is_slope(&self) -> bool {
+        self.is_cause() && self.names("floor_slope")
+    }
+
+    /// A term of a formula without a cause; `std_dev` is what is plausible of its coefficient.
+    pub fn empirical(part: TermPart, feature: Feature, std_dev: f64) -> Variant {
         Variant {
             effect: &NO_CAUSE,
             choice: String::new(),
@@ -287,12 +292,12 @@ impl Variant {
         self.role == Role::Cause
     }
 
-    /// The term of the body's twist that it is, for a coefficient of 1.
+    /// The term of a formula that it is, for a coefficient of 1.
     pub fn term(&self) -> Option<EmpiricalTerm> {
         if let Role::Term(term) = self.role { Some(term) } else { None }
     }
 
-    /// Whether it is a term of the body's twist.
+    /// Whether it is a term of a formula.
     pub fn is_term(&self) -> bool {
         self.term().is_some()
     }

@@ -9,9 +9,10 @@ use super::search::{Hypothesis, Ranking, Set, axes_of};
 use super::spots;
 use super::variant::{Axis, CLOCKS, Variant, causes, moved_to, terms};
 use super::{
-    Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, Ranked, Study, Suspicion, Transient, Verdict, residue,
+    Clock, Diagnosis, Finding, ForwardError, ForwardModel, Found, PLAUSIBLE_TERM, Ranked, Study, Suspicion, Transient,
+    Verdict, residue,
 };
-use crate::scene::Doubt;
+use crate::scene::{Doubt, TermPart};
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 use std::collections::{BTreeMap, BTreeSet};
@@ -323,11 +324,29 @@ fn transient(study: &Study<'_>, best: &Hypothesis) -> Option<Transient> {
 /// Share of what causes and formula take away together that the causes take away alone.
 fn share_of_causes(study: &Study<'_>, best: &Hypothesis) -> f64 {
     let problem = study.problem(study.counts.clone());
-    let is_cause = |(axis, _): &&(Axis, f64)| study.variants[axis.variant].is_cause();
+    let variants = &study.variants;
+    let slope_is_formulas = pulls_on_its_own(variants, best);
+    let of_causes = |variant: &Variant| variant.is_cause() && !(variant.is_slope() && slope_is_formulas);
+    let is_cause = |(axis, _): &&(Axis, f64)| of_causes(&variants[axis.variant]);
     let causes: Vec<_> = best.fit.at.iter().filter(is_cause).copied().collect();
     let axes: Vec<_> = causes.iter().map(|(axis, _)| *axis).collect();
     let before = problem.fit(&[], &[]).chi2;
     (before - problem.fit(&axes, &causes).chi2) / (before - best.fit.chi2)
+}
+
+/// Whether what a formula pulls by is no small part of what a slope beside it does: that is what of the same force is alike everywhere
+/// then, and no slope.
+fn pulls_on_its_own(variants: &[Variant], best: &Hypothesis) -> bool {
+    // Both over the weight.
+    let of = |pull: &dyn Fn(&Variant) -> Option<f64>| {
+        let parts = best.fit.at.iter().filter_map(|(axis, value)| Some(pull(&variants[axis.variant])? * value));
+        parts.map(|part| part * part).sum::<f64>().sqrt()
+    };
+    let by_formula = of(&|variant| {
+        let is_potential = variant.term()?.part == TermPart::Potential;
+        is_potential.then(|| PLAUSIBLE_TERM / variant.coordinates[0].std_dev)
+    });
+    by_formula > (1.0 - MOST) * of(&|variant| variant.is_slope().then_some(1.0))
 }
 
 /// Coordinates of one variant in an answer, and their covariance.

@@ -2,7 +2,7 @@
 
 use super::case::Case;
 use super::variant::{Axis, Variant};
-use crate::geometry::{Pose2, Trace};
+use crate::geometry::{Pose2, Trace, Twist2};
 use crate::scene::{EmpiricalTerm, Motion};
 use std::ops::Range;
 
@@ -174,8 +174,8 @@ impl Way {
         shares.map(time).collect()
     }
 
-    /// What a term of the body's twist adds to each step, for a coefficient of 1.
-    pub fn empirical(&self, term: &EmpiricalTerm) -> Vec<Step> {
+    /// How the robot moves in each step.
+    pub fn motions(&self) -> Vec<Motion> {
         let dt = self.lasts / self.steps.len() as f64;
         let mut pose = self.start;
         // A run may begin in motion: its first step speeds up as its second does.
@@ -185,16 +185,25 @@ impl Way {
             .iter()
             .enumerate()
             .map(|(k, step)| {
-                let twist =
-                    crate::geometry::Twist2 { forward: step[0] / dt, left: step[1] / dt, yaw_rate: step[2] / dt };
+                let twist = Twist2 { forward: step[0] / dt, left: step[1] / dt, yaw_rate: step[2] / dt };
                 let acceleration = (twist.forward - speed_before) / dt;
                 speed_before = twist.forward;
                 let motion = Motion { twist, pose, time: (k as f64 + 0.5) * dt, acceleration };
                 pose = pose.compose(Pose2::new(step[0], step[1], step[2]));
-                let added = EmpiricalTerm::twist(&[EmpiricalTerm { coefficient: 1.0, ..*term }], &motion);
-                [added.forward * dt, added.left * dt, added.yaw_rate * dt]
+                motion
             })
             .collect()
+    }
+
+    /// What a term of the body's twist adds to each step, for a coefficient of 1.
+    pub fn empirical(&self, term: &EmpiricalTerm) -> Vec<Step> {
+        let dt = self.lasts / self.steps.len() as f64;
+        let term = [EmpiricalTerm { coefficient: 1.0, ..*term }];
+        let added = |motion: &Motion| {
+            let added = EmpiricalTerm::twist(&term, motion);
+            [added.forward * dt, added.left * dt, added.yaw_rate * dt]
+        };
+        self.motions().iter().map(added).collect()
     }
 }
 
@@ -387,7 +396,7 @@ pub(super) fn subtract(changes: &mut [Step], others: &[Step]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::{Feature, TwistPart};
+    use crate::scene::{Feature, TermPart};
 
     /// On a steady arc a pose beyond either end is where the arc goes on; a robot that stands stays, and is sure to.
     #[test]
@@ -472,7 +481,7 @@ mod tests {
 
     #[test]
     fn a_way_that_begins_in_motion_speeds_up_no_more_for_that() {
-        let accelerated = EmpiricalTerm { part: TwistPart::Forward, feature: Feature::Acceleration, coefficient: 1.0 };
+        let accelerated = EmpiricalTerm { part: TermPart::Forward, feature: Feature::Acceleration, coefficient: 1.0 };
         let added = |speeds: &[f64]| -> Vec<f64> {
             let steps: Vec<Step> = speeds.iter().map(|speed| [0.1 * speed, 0.0, 0.0]).collect();
             let lasts = 0.1 * steps.len() as f64;

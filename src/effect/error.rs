@@ -1,7 +1,7 @@
 //! What can be wrong with an effect's settings or an extended model file.
 
 use super::EFFECTS;
-use crate::scene::SceneError;
+use crate::scene::{EmpiricalTerm, SceneError};
 use crate::strict::TomlProblem;
 use std::path::PathBuf;
 
@@ -109,6 +109,12 @@ pub enum EffectError {
         condition: String,
         /// Numbers in `x`, `y`, `heading` and `at`.
         counts: [usize; 4],
+    },
+    /// A term of a formula that cannot be.
+    #[error("[[empirical]] {term}: a coefficient is a finite number, and a potential one of x², x y or y²")]
+    Term {
+        /// The term.
+        term: EmpiricalTerm,
     },
     /// Extended models that extend one another in a circle, or too deep.
     #[error("{}: models that extend one another more than {limit} deep, or in a circle", file.display())]

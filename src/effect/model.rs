@@ -16,6 +16,9 @@
 //! coefficient = 0.003
 //! ```
 //!
+//! A formula has terms of the body's twist and of a potential, `part = "potential"` with the feature `x_squared`, `xy` or `y_squared`,
+//! which pulls the robot downhill.
+//!
 //! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of
 //! a way, on runs that it was not fitted to; `transient`, of what is made good by a run's end; `response`, of what causes do to it;
 //! `diameter_scale`, `diameter_ratio` and `effective_track`, 1 σ of what a calibration would find; `friction` and `stiffness`,
@@ -129,6 +132,9 @@ impl ExtendedModel {
                 condition: odd.condition.clone(),
                 counts: [odd.x.len(), odd.y.len(), odd.heading.len(), odd.at.len()],
             }));
+        }
+        if let Some(&term) = parsed.empirical.iter().find(|term| !term.is_sound()) {
+            return Err(in_file(EffectError::Term { term }));
         }
         // A base that is a file stands where this file says, seen from here.
         let beside = file.parent().unwrap_or(Path::new("")).join(&parsed.base);

@@ -1,32 +1,36 @@
-//! Motion that no physical part of the scene explains: a sparse formula of the body's twist, as a diagnosis found it.
+//! Motion that no physical part of the scene explains: a sparse formula of the body's twist, or of a potential that
+//! pulls it, as a diagnosis found it.
 
 use crate::geometry::{Pose2, Twist2};
 use serde::{Deserialize, Serialize};
 
-/// One term: `coefficient` times `feature`, added to one part of the body's twist.
+/// One term: `coefficient` times `feature`, added to one part of the body's twist, or to the potential of a force on
+/// its mass centre.
 ///
 /// Units of the coefficient are those of the part over those of the feature, in SI.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EmpiricalTerm {
     /// What it adds to.
-    pub part: TwistPart,
+    pub part: TermPart,
     /// What it is proportional to.
     pub feature: Feature,
     /// By how much.
     pub coefficient: f64,
 }
 
-/// A part of a planar body twist.
+/// What a term is a part of: a planar body twist, or a potential in the room.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum TwistPart {
+pub enum TermPart {
     /// Forward speed \[m/s\].
     Forward,
     /// Leftward speed \[m/s\].
     Left,
     /// Yaw rate \[rad/s\].
     Yaw,
+    /// Energy U \[J\] of where the robot is, which pulls it by −∇U.
+    Potential,
 }
 
 /// What a term can be proportional to: features of the body's own motion v, ω, of its heading θ and place x, y in the
@@ -58,6 +62,12 @@ pub enum Feature {
     YawRateCosHeading,
     /// |ω| sin θ
     YawRateSinHeading,
+    /// x²
+    XSquared,
+    /// x y
+    XY,
+    /// y²
+    YSquared,
     /// v x
     SpeedX,
     /// v y
@@ -83,23 +93,24 @@ pub struct Motion {
     pub acceleration: f64,
 }
 
-impl TwistPart {
-    /// All of them.
-    pub const ALL: [TwistPart; 3] = [TwistPart::Forward, TwistPart::Left, TwistPart::Yaw];
+impl TermPart {
+    /// Those of a twist.
+    pub const TWIST: [TermPart; 3] = [TermPart::Forward, TermPart::Left, TermPart::Yaw];
 
     /// Its symbol in a formula.
     pub fn symbol(self) -> &'static str {
         match self {
-            TwistPart::Forward => "δv",
-            TwistPart::Left => "δu",
-            TwistPart::Yaw => "δω",
+            TermPart::Forward => "δv",
+            TermPart::Left => "δu",
+            TermPart::Yaw => "δω",
+            TermPart::Potential => "U",
         }
     }
 }
 
 impl Feature {
-    /// All of them.
-    pub const ALL: [Feature; 17] = [
+    /// Those that a part of the twist is asked for: where the robot stands it does not creep.
+    pub const OF_MOTION: [Feature; 17] = [
         Feature::Speed,
         Feature::AbsSpeed,
         Feature::SpeedSquared,
@@ -119,6 +130,10 @@ impl Feature {
         Feature::AbsAcceleration,
     ];
 
+    /// Those that a potential is asked for: the first order of how a pull changes from place to place, as a rope's or a cable's does.
+    /// One that is the same everywhere is a slope's.
+    pub const OF_PLACE: [Feature; 3] = [Feature::XSquared, Feature::XY, Feature::YSquared];
+
     /// Its value in a motion, in SI units.
     pub fn value(self, motion: &Motion) -> f64 {
         let (v, w) = (motion.twist.forward, motion.twist.yaw_rate);
@@ -136,11 +151,24 @@ impl Feature {
             Feature::SpeedSinTwiceHeading => v * 2.0 * sin * cos,
             Feature::YawRateCosHeading => w.abs() * cos,
             Feature::YawRateSinHeading => w.abs() * sin,
+            Feature::XSquared => motion.pose.x * motion.pose.x,
+            Feature::XY => motion.pose.x * motion.pose.y,
+            Feature::YSquared => motion.pose.y * motion.pose.y,
             Feature::SpeedX => v * motion.pose.x,
             Feature::SpeedY => v * motion.pose.y,
             Feature::SpeedTime => v * motion.time,
             Feature::Acceleration => motion.acceleration,
             Feature::AbsAcceleration => motion.acceleration.abs(),
+        }
+    }
+
+    /// How it grows along x and y of the room; `None` of what is no matter of place alone.
+    pub fn slope(self, pose: Pose2) -> Option<[f64; 2]> {
+        match self {
+            Feature::XSquared => Some([2.0 * pose.x, 0.0]),
+            Feature::XY => Some([pose.y, pose.x]),
+            Feature::YSquared => Some([0.0, 2.0 * pose.y]),
+            _ => None,
         }
     }
 
@@ -159,6 +187,9 @@ impl Feature {
             Feature::SpeedSinTwiceHeading => "v sin 2θ",
             Feature::YawRateCosHeading => "|ω| cos θ",
             Feature::YawRateSinHeading => "|ω| sin θ",
+            Feature::XSquared => "x²",
+            Feature::XY => "x y",
+            Feature::YSquared => "y²",
             Feature::SpeedX => "v x",
             Feature::SpeedY => "v y",
             Feature::SpeedTime => "v t",
@@ -174,12 +205,28 @@ impl EmpiricalTerm {
         terms.iter().fold(Twist2::default(), |mut sum, term| {
             let value = term.coefficient * term.feature.value(motion);
             match term.part {
-                TwistPart::Forward => sum.forward += value,
-                TwistPart::Left => sum.left += value,
-                TwistPart::Yaw => sum.yaw_rate += value,
+                TermPart::Forward => sum.forward += value,
+                TermPart::Left => sum.left += value,
+                TermPart::Yaw => sum.yaw_rate += value,
+                TermPart::Potential => {}
             }
             sum
         })
+    }
+
+    /// The force that `terms` put on a body's mass centre at `pose`, −∇U along x and y of the room \[N\].
+    pub fn force(terms: &[EmpiricalTerm], pose: Pose2) -> [f64; 2] {
+        let potentials = terms.iter().filter(|term| term.part == TermPart::Potential);
+        potentials.fold([0.0; 2], |sum, term| {
+            let slope = term.feature.slope(pose).unwrap_or_default();
+            [0, 1].map(|along| sum[along] - term.coefficient * slope[along])
+        })
+    }
+
+    /// Whether it can be: a potential is one of where the robot is.
+    pub fn is_sound(&self) -> bool {
+        self.coefficient.is_finite()
+            && (self.part != TermPart::Potential || self.feature.slope(Pose2::default()).is_some())
     }
 }
 

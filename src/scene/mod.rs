@@ -21,7 +21,7 @@ mod urdf;
 mod whole;
 
 pub use describe::{Description, Hints, describe};
-pub use empirical::{EmpiricalTerm, Feature, Motion, TwistPart};
+pub use empirical::{EmpiricalTerm, Feature, Motion, TermPart};
 pub use error::SceneError;
 pub use floor::{Floor, GripRegion, Obstacle, Plane, RegionShape, SpottedFloor};
 pub use residue::{NoiseModel, Residue};

@@ -116,8 +116,9 @@ impl World {
     /// The robot tipped over, fell, or the numbers are no longer finite.
     pub fn step(&mut self) -> Result<(), WorldError> {
         self.control();
-        let floor = self.floor_motion();
-        self.apply_forces(floor);
+        let motion = self.motion();
+        let floor = self.floor_motion(&motion);
+        self.apply_forces(&motion, floor);
         match self.scene.contact {
             Contact::Patch if self.alone.step(&mut self.physics, self.chassis) => {}
             Contact::Patch => self.physics.step(),
@@ -287,7 +288,7 @@ impl World {
     }
 
     /// Tyres, casters and drivetrains push on the bodies.
-    fn apply_forces(&mut self, floor: FloorMotion) {
+    fn apply_forces(&mut self, motion: &Motion, floor: FloorMotion) {
         let dt = self.scene.time_step;
         let body = BodyState::of(self.chassis());
         let base = body.room_from_base.translation;
@@ -309,41 +310,47 @@ impl World {
             let pull = (Vector::new(x, y, z) - base).normalize() * tether.pull;
             on_body += Wrench { force: pull, torque: (base - body.mass_centre).cross(pull) };
         }
+        if !self.scene.empirical.is_empty() {
+            let [x, y] = EmpiricalTerm::force(&self.scene.empirical, motion.pose);
+            on_body += Wrench { force: Vector::new(x, y, 0.0), torque: Vector::ZERO };
+        }
         for caster in &mut self.casters {
             on_body += caster.press(&self.ground, &body, &floor, dt);
         }
         push(&mut self.physics.bodies[self.chassis], on_body);
     }
 
-    /// How the floor moves in the coming step.
-    fn floor_motion(&mut self) -> FloorMotion {
-        let floor = self.floor_twist();
+    /// How the floor moves in the coming step, under a body that moves so.
+    fn floor_motion(&mut self, motion: &Motion) -> FloorMotion {
+        let floor = self.floor_twist(motion);
         let room_from_base = self.chassis().position();
         let forward = room_from_base.rotation * Vector::X;
         let velocity = forward * floor.forward + Vector::Z.cross(forward) * floor.left;
         FloorMotion { base: room_from_base.translation, velocity, yaw_rate: floor.yaw_rate }
     }
 
-    /// The twist of the floor under the tyres: an uneven floor's, and that of empirical terms.
-    fn floor_twist(&mut self) -> Twist2 {
+    /// The motion that an uneven floor and empirical terms are made of, where there are any.
+    fn motion(&mut self) -> Motion {
         if self.unevenness.is_none() && self.scene.empirical.is_empty() {
-            return Twist2::default();
+            return Motion::default();
         }
-        let dt = self.scene.time_step;
-        let chassis = &self.physics.bodies[self.chassis];
+        let chassis = self.chassis();
         let forward = *chassis.rotation() * Vector::X;
         let velocity = chassis.velocity_at_point(chassis.translation());
-        let body = Twist2 { forward: velocity.dot(forward), left: 0.0, yaw_rate: chassis.angvel().z };
-        let mut floor = self.unevenness.as_mut().map_or_else(Twist2::default, |floor| floor.twist(body, dt));
-        if !self.scene.empirical.is_empty() {
-            let acceleration = (body.forward - self.smooth_speed) / SMOOTHING;
-            self.smooth_speed += acceleration * dt;
-            let motion = Motion { twist: body, pose: self.pose(), time: self.time(), acceleration };
-            let extra = EmpiricalTerm::twist(&self.scene.empirical, &motion);
-            floor.forward += extra.forward;
-            floor.left += extra.left;
-            floor.yaw_rate += extra.yaw_rate;
-        }
+        let twist = Twist2 { forward: velocity.dot(forward), left: 0.0, yaw_rate: chassis.angvel().z };
+        let acceleration = (twist.forward - self.smooth_speed) / SMOOTHING;
+        self.smooth_speed += acceleration * self.scene.time_step;
+        Motion { twist, pose: self.pose(), time: self.time(), acceleration }
+    }
+
+    /// The twist of the floor under the tyres: an uneven floor's, and that of empirical terms.
+    fn floor_twist(&mut self, motion: &Motion) -> Twist2 {
+        let dt = self.scene.time_step;
+        let mut floor = self.unevenness.as_mut().map_or_else(Twist2::default, |floor| floor.twist(motion.twist, dt));
+        let extra = EmpiricalTerm::twist(&self.scene.empirical, motion);
+        floor.forward += extra.forward;
+        floor.left += extra.left;
+        floor.yaw_rate += extra.yaw_rate;
         floor
     }
 

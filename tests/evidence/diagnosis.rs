@@ -13,7 +13,7 @@ use treadmark::experiment::{
 };
 use treadmark::geometry::{Pose2, Trace, wrap_angle};
 use treadmark::odometry::OdometryParameters;
-use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Side, SpottedFloor, Tether, TwistPart};
+use treadmark::scene::{Contact, Doubt, EmpiricalTerm, Feature, Scene, Side, SpottedFloor, TermPart, Tether};
 
 static GO_ON: AtomicBool = AtomicBool::new(false);
 
@@ -217,14 +217,15 @@ fn causes_beside_a_formula_do_together_what_they_were_fitted_to_do() {
 /// catalogue together mimic to within the noise, round the faster the farther out it is, which no cause does and other tyres do
 /// better than the model's, round the faster the longer it drives, by whole turns in the end, which is forty times what is
 /// expected of a term, and, as a grain does, to the left along the room and to the right across it, of which little is left by
-/// the end of a square. Neither is an answer where one term of a formula is.
+/// the end of a square. And something pulls it, the harder the farther out it is. Neither is an answer where one term of a formula is.
 #[test]
 fn neither_a_list_of_causes_nor_other_tyres_are_an_answer_where_one_term_is() {
-    let sideways = EmpiricalTerm { part: TwistPart::Left, feature: Feature::AbsYawRate, coefficient: -0.0056 };
-    let round = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedX, coefficient: -0.0107 };
-    let faster = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedTime, coefficient: -0.012 };
-    let grain = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedCosTwiceHeading, coefficient: 0.01 };
-    for carried in [sideways, round, faster, grain] {
+    let sideways = EmpiricalTerm { part: TermPart::Left, feature: Feature::AbsYawRate, coefficient: -0.0056 };
+    let round = EmpiricalTerm { part: TermPart::Yaw, feature: Feature::SpeedX, coefficient: -0.0107 };
+    let faster = EmpiricalTerm { part: TermPart::Yaw, feature: Feature::SpeedTime, coefficient: -0.012 };
+    let grain = EmpiricalTerm { part: TermPart::Yaw, feature: Feature::SpeedCosTwiceHeading, coefficient: 0.01 };
+    let pulled = EmpiricalTerm { part: TermPart::Potential, feature: Feature::XY, coefficient: 1.0 };
+    for carried in [sideways, round, faster, grain, pulled] {
         let mut world = base();
         world.empirical.push(carried);
         let found = diagnosed(&base(), &small(squares(&world, &base(), DataKind::Logs, 3022)));
@@ -333,7 +334,7 @@ fn the_next_campaign_is_held_against_what_the_last_one_left() {
 #[test]
 fn clocks_that_disagree_move_where_the_last_campaign_is_remembered() {
     let clocks = Cause { values: vec![0.2, 0.0, 0.0], ..Effect::named("survey_time_offset").expect("known").nothing() };
-    for seed in [41, 51] {
+    for seed in [31, 41, 51] {
         let tethered = Tethered::new(seed, |world, seed| small(squares(world, &base(), DataKind::Logs, seed)));
         let late = tethered.next(&clocks.edit(&tethered.world));
         assert_eq!(names(&late), ["survey_time_offset"], "{seed}: {:#?}", late.ranking);

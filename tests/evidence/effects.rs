@@ -18,8 +18,8 @@ use treadmark::experiment::Simulator;
 use treadmark::geometry::{Pose2, Trace};
 use treadmark::odometry::DeadReckoning;
 use treadmark::scene::{
-    Contact, Doubt, EmpiricalTerm, Feature, GRAVITY, NoiseModel, Residue, Scatter, Scene, Side, SpottedFloor,
-    TwistPart, Tyre,
+    Contact, Doubt, EmpiricalTerm, Feature, GRAVITY, NoiseModel, Residue, Scatter, Scene, Side, SpottedFloor, TermPart,
+    Tyre,
 };
 use treadmark::world::{Patch, PatchMotion, Play, WheelSnapshot, World};
 
@@ -1134,7 +1134,7 @@ fn an_extended_model_reads_as_it_was_written() {
             heading: vec![0.003, 0.004],
             noise,
         }];
-        let term = EmpiricalTerm { part: TwistPart::Yaw, feature: Feature::SpeedTime, coefficient: 0.1 + 0.2 };
+        let term = EmpiricalTerm { part: TermPart::Yaw, feature: Feature::SpeedTime, coefficient: 0.1 + 0.2 };
         let model = |base: &str, causes: &[Cause], empirical: &[EmpiricalTerm]| ExtendedModel {
             base: base.to_owned(),
             contact: None,
@@ -1184,6 +1184,8 @@ fn an_extended_model_reads_as_it_was_written() {
     );
     refused("base = \"jnpf_4wd\"\n[[effects]]\neffect = \"tilt\"", &["`tilt`: no such effect"]);
     refused("base = \"jnpf_4wd\"\n[[effects]]\ngradient = 1", &["no such effect"]);
+    let moves = "base = \"jnpf_4wd\"\n[[empirical]]\npart = \"potential\"\nfeature = \"speed\"\ncoefficient = 1.0";
+    refused(moves, &["[[empirical]]", "U = +1.0000e0 v", "one of x², x y or y²"]);
     let odd = "base = \"jnpf_4wd\"\n[[residue]]\ncondition = \"spin\"\nstart = [0.0, 0.0, 0.0]\nruns = 5\nat = [1.0]\nx = [0.0]\n\
                y = [0.0, 1.0]\n[residue.noise]\nposition_std = 0.002\nheading_std = 0.003\ncorrelation_time = 0.0\n\
                clock_std = 0.0\n[residue.noise.scatter]\nheading_per_corner = 0.0\nheading_per_sqrt_metre = 0.0\ndistance = 0.0";

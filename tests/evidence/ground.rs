@@ -4,7 +4,7 @@ use crate::rig::{ideal, ramp_to, settled, step_for};
 use nalgebra::{Translation3, UnitQuaternion};
 use std::f64::consts::FRAC_PI_2;
 use treadmark::scene::{
-    Contact, EmpiricalTerm, Feature, Floor, GRAVITY, GripRegion, Obstacle, Placement, RegionShape, TwistPart,
+    Contact, EmpiricalTerm, Feature, Floor, GRAVITY, GripRegion, Obstacle, Placement, RegionShape, Scene, TermPart,
 };
 
 fn at(x: f64, y: f64, z: f64) -> Placement {
@@ -114,9 +114,9 @@ fn the_engines_own_contacts_feel_the_floor() {
     };
     let term = |part| EmpiricalTerm { part, feature: Feature::Speed, coefficient: 0.01 };
     let still = end(&[]);
-    let carried = end(&[term(TwistPart::Forward)]);
+    let carried = end(&[term(TermPart::Forward)]);
     assert!(((carried.x / still.x - 1.0) / 0.01 - 1.0).abs() < 0.02, "{carried:?} against {still:?}");
-    let turned = end(&[term(TwistPart::Yaw)]);
+    let turned = end(&[term(TermPart::Yaw)]);
     assert!((turned.heading / (0.01 * still.x) - 1.0).abs() < 0.02, "{turned:?} against {still:?}");
 
     let mut scene = rigid();
@@ -131,4 +131,38 @@ fn the_engines_own_contacts_feel_the_floor() {
     let expected = GRAVITY * (slope.sin() - 0.5 * 0.8 * slope.cos());
     let acceleration = world.twist().left - from;
     assert!((acceleration / expected - 1.0).abs() < 0.01, "{acceleration:.4} against {expected:.4}");
+}
+
+/// A potential pulls the robot as a slope does that is as steep. Driving along x in U = c x y it is pulled aside by −c x, on average by
+/// what pulls it half way, and creeps aside by as much of what it creeps on a floor that falls all along as steeply as it pulls at the
+/// end: to 1 %, for a tyre answers within its patch's length. At a standstill it is held.
+#[test]
+fn a_potential_pulls_as_a_slope_does() {
+    const FALLS: f64 = 0.02;
+    // From where to where it is driven, and what it creeps to the left on the way.
+    let driven = |scene: &Scene| {
+        let mut world = settled(scene);
+        let at_rest = world.pose();
+        step_for(&mut world, 2.0);
+        assert!((world.pose().y - at_rest.y).abs() < 1e-6, "{at_rest:?} {:?}", world.pose());
+        ramp_to(&mut world, 4.0, 4.0);
+        let from = world.pose();
+        let mut crept = 0.0;
+        for _ in 0..1000 {
+            step_for(&mut world, 0.01);
+            crept += 0.01 * world.twist().left;
+        }
+        ([from.x, world.pose().x], crept)
+    };
+    let mut sloping = ideal("jnpf_4wd");
+    sloping.floor.gradient = FALLS;
+    sloping.floor.downhill_heading = -FRAC_PI_2;
+    let ([from, to], on_slope) = driven(&sloping);
+    let mut pulled = ideal("jnpf_4wd");
+    let coefficient = FALLS * pulled.robot.mass() * GRAVITY / to;
+    pulled.empirical = vec![EmpiricalTerm { part: TermPart::Potential, feature: Feature::XY, coefficient }];
+    let (_, in_potential) = driven(&pulled);
+    let expected = on_slope * 0.5 * (from + to) / to;
+    assert!(on_slope < -1e-3, "{on_slope}");
+    assert!((in_potential / expected - 1.0).abs() < 0.01, "{in_potential} of {on_slope} from {from} to {to} m");
 }

@@ -19,7 +19,7 @@ use super::spots;
 use super::variant::{Axis, Coordinates, Variant, causes};
 use super::way::{self, ARM, Step, Way, compose, count_of, each, lasts, length};
 use crate::geometry::{Pose2, Trace};
-use crate::scene::{EmpiricalTerm, Feature, Scene, Survey, TwistPart};
+use crate::scene::{EmpiricalTerm, Feature, Motion, Scene, Survey, TermPart};
 pub(super) use exact::nodes;
 use exact::{axes, simulations};
 use library::Entry;
@@ -320,14 +320,35 @@ impl Surrogate {
         variant.place().is_none_or(|place| spots::touches(scene, &self.ways[cluster.reference], place))
     }
 
-    /// Adds what terms of the body's twist do: exactly their formula, along the way of each cluster's reference.
-    pub fn add_terms(&mut self, clusters: &[Cluster], variants: &[Variant]) {
-        for (index, variant) in variants.iter().enumerate() {
-            let Some(term) = variant.term() else { continue };
-            let axis = Axis { variant: index, coordinate: 0 };
-            for (responses, cluster) in self.responses.iter_mut().zip(clusters) {
-                let change = self.ways[cluster.reference].empirical(&term);
-                responses.of_axis.insert(axis, Response::smooth(vec![Node::own(1.0, change)]));
+    /// Adds what terms of a formula do along the way of each cluster's reference: those of the body's twist exactly that, a potential
+    /// what a robot of such a `weight` \[N\] does on a slope, as steep as it pulls.
+    pub fn add_terms(&mut self, clusters: &[Cluster], variants: &[Variant], weight: f64) {
+        let slope = variants.iter().position(Variant::is_slope);
+        for (cluster, of) in clusters.iter().enumerate() {
+            let way = &self.ways[of.reference];
+            // What 1 N along x, and along y, adds to each step.
+            let pulled = [0, 1].map(|along| {
+                let mut change = vec![[0.0; 3]; way.steps.len()];
+                if let Some(variant) = slope {
+                    let downhill = (Axis { variant, coordinate: along }, 1.0 / weight);
+                    self.responses[cluster].add(&[downhill], way, variants, &mut change);
+                }
+                change
+            });
+            let motions = way.motions();
+            let of_term = |term: EmpiricalTerm| -> Vec<Step> {
+                if term.part != TermPart::Potential {
+                    return way.empirical(&term);
+                }
+                let forces = motions.iter().map(|motion| EmpiricalTerm::force(&[term], motion.pose));
+                let [x, y] = &pulled;
+                forces.zip(x).zip(y).map(|(([fx, fy], x), y)| each(|c| fx * x[c] + fy * y[c])).collect()
+            };
+            let terms = variants.iter().enumerate().filter_map(|(index, variant)| Some((index, variant.term()?)));
+            let changes: Vec<(usize, Vec<Step>)> = terms.map(|(index, term)| (index, of_term(term))).collect();
+            for (variant, change) in changes {
+                let response = Response::smooth(vec![Node::own(1.0, change)]);
+                self.responses[cluster].of_axis.insert(Axis { variant, coordinate: 0 }, response);
             }
         }
     }
@@ -345,23 +366,19 @@ impl Surrogate {
         }
     }
 
-    /// Root mean squares over all ways of each feature, and of the forward speed.
-    pub fn sizes(&self, clusters: &[Cluster]) -> (Vec<(Feature, f64)>, f64) {
-        let mean_square = |part: TwistPart, feature: Feature| {
-            let (mut sum, mut count) = (0.0, 0.0);
-            for cluster in clusters {
-                let way = &self.ways[cluster.reference];
-                let dt = way.lasts / way.steps.len() as f64;
-                let c = TwistPart::ALL.iter().position(|it| *it == part).expect("one of them");
-                for step in way.empirical(&EmpiricalTerm { part, feature, coefficient: 1.0 }) {
-                    sum += (step[c] / dt).powi(2);
-                    count += 1.0;
-                }
-            }
-            (sum / f64::max(count, 1.0)).sqrt()
+    /// Root mean square, over the clusters' ways, of what a term is for a coefficient of 1: a part of the twist, or a force.
+    pub fn size(&self, part: TermPart, feature: Feature, clusters: &[Cluster]) -> f64 {
+        let unit = EmpiricalTerm { part, feature, coefficient: 1.0 };
+        let square = |motion: &Motion| match part {
+            TermPart::Potential => EmpiricalTerm::force(&[unit], motion.pose).map(|it| it * it).iter().sum(),
+            TermPart::Forward | TermPart::Left | TermPart::Yaw => feature.value(motion).powi(2),
         };
-        let features = Feature::ALL.map(|feature| (feature, mean_square(TwistPart::Forward, feature)));
-        (features.to_vec(), mean_square(TwistPart::Forward, Feature::Speed))
+        let (mut sum, mut count) = (0.0, 0.0);
+        for motion in clusters.iter().flat_map(|cluster| self.ways[cluster.reference].motions()) {
+            sum += square(&motion);
+            count += 1.0;
+        }
+        (sum / f64::max(count, 1.0)).sqrt()
     }
 
     /// Whether what is known of an axis was simulated on other ways than these.

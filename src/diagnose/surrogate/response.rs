@@ -326,7 +326,7 @@ pub(super) fn errors_of_response(at: &Coordinates, variants: &[Variant]) -> [f64
 mod tests {
     use super::*;
     use crate::geometry::Pose2;
-    use crate::scene::{Feature, TwistPart};
+    use crate::scene::{Feature, TermPart};
 
     /// A response of one step through `change` at `nodes`.
     fn through(change: impl Fn(f64) -> f64, nodes: &[f64]) -> Response {
@@ -383,7 +383,7 @@ mod tests {
         let step = |x: f64| vec![[x, 0.0, 0.0]];
         let axis = |variant| Axis { variant, coordinate: 0 };
         let variants: Vec<Variant> =
-            (0..3).map(|_| Variant::empirical(TwistPart::Forward, Feature::Speed, 1.0)).collect();
+            (0..3).map(|_| Variant::empirical(TermPart::Forward, Feature::Speed, 1.0)).collect();
         let way =
             Way { start: Pose2::IDENTITY, steps: step(0.0), bows: Vec::new(), began: 0.0, lasts: 1.0, hours: 0.0 };
         let mut responses = Responses::default();

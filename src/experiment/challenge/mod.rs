@@ -12,7 +12,7 @@ use crate::dataset::{Dataset, DatasetError};
 use crate::drive::{self, DriveError};
 use crate::effect::{Cause, EFFECTS, Effect, Prior};
 use crate::geometry::Pose2;
-use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, Tether, TwistPart};
+use crate::scene::{Contact, EmpiricalTerm, Feature, Scene, TermPart, Tether};
 use campaign::drive_campaign;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
@@ -247,7 +247,7 @@ fn something_else(scene: &mut Scene, rng: &mut ChaCha8Rng) -> String {
             format!("wheel {} out of round by {:.1} %", scene.robot.wheels[wheel].name, 100.0 * amplitude)
         }
         _ => {
-            let part = if rng.next_u64().is_multiple_of(2) { TwistPart::Left } else { TwistPart::Yaw };
+            let part = if rng.next_u64().is_multiple_of(2) { TermPart::Left } else { TermPart::Yaw };
             let feature = [Feature::SpeedCosHeading, Feature::SpeedX, Feature::AbsYawRate, Feature::SpeedTime]
                 [(rng.next_u64() % 4) as usize];
             let sign = if rng.next_u64().is_multiple_of(2) { 1.0 } else { -1.0 };
