@@ -1,5 +1,6 @@
 //! What can be wrong with a robot or a world file.
 
+use super::misread::Misread;
 use crate::strict::TomlProblem;
 use std::path::PathBuf;
 
@@ -34,6 +35,14 @@ pub enum SceneError {
         source: TomlProblem,
     },
     /// URDF that does not parse.
+    #[error("{}, line {}: not a valid URDF: {}", file.display(), misread.line, misread.what)]
+    Misread {
+        /// The file.
+        file: PathBuf,
+        /// Where and what is wrong, with the value and what is allowed.
+        misread: Misread,
+    },
+    /// URDF that does not parse, by its reader's own word.
     #[error("{}: not a valid URDF: {source}", file.display())]
     Urdf {
         /// The file.
@@ -117,6 +126,18 @@ pub enum SceneError {
         /// The links that exist.
         links: Vec<String>,
     },
+    /// A joint between links of which the URDF lacks one.
+    #[error("{}: joint `{joint}` holds or hangs on link `{link}`, which is not there; the links are: {}", urdf.display(), links.join(", "))]
+    LooseJoint {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The joint.
+        joint: String,
+        /// The link that it names.
+        link: String,
+        /// The links that exist.
+        links: Vec<String>,
+    },
     /// A joint that cannot be a driven wheel's.
     #[error("{}: joint `{joint}` of wheel `{wheel}` {problem}", urdf.display())]
     NotAWheel {
@@ -164,6 +185,16 @@ pub enum SceneError {
         link: String,
         /// \[m\]
         depth: f64,
+    },
+    /// A shape that is smaller than nothing.
+    #[error("{}: link `{link}`: a shape of it has a size of {size} m; it must be 0 or above", urdf.display())]
+    Size {
+        /// The URDF.
+        urdf: PathBuf,
+        /// The link.
+        link: String,
+        /// \[m\]
+        size: f64,
     },
     /// A number in the URDF that is not finite.
     #[error("{}: {place} has a value that is not a finite number", urdf.display())]
@@ -252,6 +283,9 @@ pub enum WheelProblem {
         /// The joint's type.
         kind: String,
     },
+    /// Its axis has no direction.
+    #[error("turns about no axis: its <axis> is 0 0 0; a driven wheel turns about the lateral axis, y")]
+    NoAxis,
     /// Its axis is not across the robot.
     #[error(
         "turns about ({0:.3}, {1:.3}, {2:.3}) in the base frame; a driven wheel turns about the lateral axis, y, within 20 degrees"

@@ -9,6 +9,7 @@ mod error;
 mod floor;
 mod inertia;
 mod left_out;
+mod misread;
 mod residue;
 mod robot;
 mod shape;

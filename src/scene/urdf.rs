@@ -6,6 +6,7 @@
 
 use super::error::{SceneError, SwivelProblem, WheelProblem};
 use super::left_out::LeftOut;
+use super::misread::Misread;
 use super::robot::{Side, Swivel};
 use super::shape::{Body, PlacedShape, Placement, Shape};
 use nalgebra::{Matrix3, Point3, Translation3, Unit, UnitQuaternion, UnitVector3, Vector3};
@@ -129,7 +130,10 @@ impl Tree {
             match unexpanded(text) {
                 _ if text.contains("<xacro:") => SceneError::Xacro { file },
                 Some((line, expression)) => SceneError::Unexpanded { file, line, expression, source },
-                None => SceneError::Urdf { file, source },
+                None => match Misread::of(text) {
+                    Some(misread) => SceneError::Misread { file, misread },
+                    None => SceneError::Urdf { file, source },
+                },
             }
         })?;
         let link_index: HashMap<String, usize> =
@@ -342,9 +346,9 @@ impl Tree {
         for (joint_index, joint) in self.robot.joints.iter().enumerate() {
             for end in [&joint.parent.link, &joint.child.link] {
                 if !self.link_index.contains_key(end) {
-                    return Err(SceneError::MissingLink {
-                        model: self.file.clone(),
+                    return Err(SceneError::LooseJoint {
                         urdf: self.file.clone(),
+                        joint: joint.name.clone(),
                         link: end.clone(),
                         links: self.links(),
                     });
@@ -420,7 +424,10 @@ impl Tree {
         let hub = self.link_index[&joint.child.link];
         let axis = self.axis(index);
         let lateral = axis.y.abs();
-        if lateral.is_nan() || lateral < LATERAL {
+        if lateral.is_nan() {
+            return fails(WheelProblem::NoAxis);
+        }
+        if lateral < LATERAL {
             return fails(WheelProblem::NotLateral(axis.x, axis.y, axis.z));
         }
         let y = self.placements[hub].translation.y;
@@ -581,10 +588,16 @@ impl Tree {
             let inertia = [link.inertial.mass.value, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz];
             let shapes = link.visual.iter().map(|visual| (&visual.origin, &visual.geometry));
             let shapes = shapes.chain(link.collision.iter().map(|collision| (&collision.origin, &collision.geometry)));
+            let is_finite = |size: &f64| size.is_finite();
             let shapes_finite =
-                shapes.into_iter().all(|(origin, geometry)| finite(origin) && finite_geometry(geometry));
+                shapes.into_iter().all(|(origin, geometry)| finite(origin) && sizes(geometry).iter().all(is_finite));
             if !finite(&link.inertial.origin) || !inertia.iter().all(|value| value.is_finite()) || !shapes_finite {
                 return Err(not_finite(format!("link `{}`", link.name)));
+            }
+            let geometries =
+                link.visual.iter().map(|it| &it.geometry).chain(link.collision.iter().map(|it| &it.geometry));
+            if let Some(size) = geometries.flat_map(sizes).find(|size| *size < 0.0) {
+                return Err(SceneError::Size { urdf: self.file.clone(), link: link.name.clone(), size });
             }
         }
         Ok(())
@@ -616,13 +629,12 @@ fn shape(geometry: &Geometry) -> Option<Shape> {
     }
 }
 
-fn finite_geometry(geometry: &Geometry) -> bool {
-    match geometry {
-        Geometry::Box { size } => size.iter().all(|value| value.is_finite()),
-        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => {
-            radius.is_finite() && length.is_finite()
-        }
-        Geometry::Sphere { radius } => radius.is_finite(),
-        Geometry::Mesh { .. } => true,
+/// How large a shape is, along or about each of its axes \[m\]; a mesh says nothing of that.
+fn sizes(geometry: &Geometry) -> Vec<f64> {
+    match *geometry {
+        Geometry::Box { ref size } => size.to_vec(),
+        Geometry::Cylinder { radius, length } | Geometry::Capsule { radius, length } => vec![radius, length],
+        Geometry::Sphere { radius } => vec![radius],
+        Geometry::Mesh { .. } => Vec::new(),
     }
 }

@@ -183,7 +183,48 @@ fn a_bad_robot_is_refused() {
             "<axis xyz=\"1 0 0\"/>",
             &["turns about (1.000, 0.000, 0.000)", "lateral axis"],
         ),
-        ("robots/jnpf_4wd.urdf", "</robot>", "", &["jnpf_4wd.urdf: not a valid URDF"]),
+        ("robots/jnpf_4wd.urdf", "</robot>", "", &["jnpf_4wd.urdf, line 1: not a valid URDF: no XML"]),
+        (
+            "robots/jnpf_4wd.urdf",
+            "<mass value=\"18.0\"/>",
+            "<mass value=\"18,0\"/>",
+            &[
+                "jnpf_4wd.urdf, line 11: not a valid URDF: <mass> of link `base_link` has value=\"18,0\"; it must be a number",
+            ],
+        ),
+        (
+            "robots/jnpf_4wd.urdf",
+            "<mass value=\"18.0\"/>",
+            "",
+            &["jnpf_4wd.urdf, line 9: not a valid URDF: <inertial> of link `base_link` has no <mass>"],
+        ),
+        (
+            "robots/jnpf_4wd.urdf",
+            "type=\"continuous\"",
+            "type=\"rolling\"",
+            &[
+                "line 45",
+                "<joint> `front_left_wheel_joint` has type=\"rolling\"; it must be one of: revolute, continuous",
+            ],
+        ),
+        (
+            "robots/jnpf_4wd.urdf",
+            "<parent link=\"base_link\"/>",
+            "<parent link=\"chassis\"/>",
+            &["joint `front_left_wheel_joint` holds or hangs on link `chassis`", "the links are: base_link"],
+        ),
+        (
+            "robots/jnpf_4wd.urdf",
+            "<axis xyz=\"0 1 0\"/>",
+            "<axis xyz=\"0 0 0\"/>",
+            &["of wheel `front_left` turns about no axis: its <axis> is 0 0 0"],
+        ),
+        (
+            "robots/jnpf_4wd.urdf",
+            "<cylinder radius=\"0.1\"",
+            "<cylinder radius=\"-0.1\"",
+            &["link `front_left_wheel_link`: a shape of it has a size of -0.1 m; it must be 0 or above"],
+        ),
         (
             "robots/optiodom.toml",
             "link = \"caster_link\"",

@@ -301,7 +301,7 @@ fn what_makes_no_robot_is_told() {
         <link name="a"><inertial><mass value="${m}"/></inertial></link></robot>"#;
     for (urdf, more, parts) in [
         (xacro.to_owned(), &[][..], &["robot.urdf: is a xacro, not a URDF", "xacro robot.urdf > robot.urdf"][..]),
-        ("<robot".to_owned(), &[], &["robot.urdf: not a valid URDF"]),
+        ("<robot".to_owned(), &[], &["robot.urdf, line 1: not a valid URDF"]),
         (
             DRAWN.replace("continuous", "fixed"),
             &[],
