@@ -16,7 +16,7 @@
 //! coefficient = 0.003
 //! ```
 //!
-//! A formula has terms of the body's twist and of a potential, `part = "potential"` with the feature `x_squared`, `xy` or `y_squared`,
+//! A formula has terms of the body's twist and of a potential, `part = "potential"` with the feature `x_squared`, `x_y` or `y_squared`,
 //! which pulls the robot downhill.
 //!
 //! A table `[doubt]` says how far the robot is known to differ from the model all the same: `motion`, relative to each part of

@@ -1134,7 +1134,10 @@ fn an_extended_model_reads_as_it_was_written() {
             heading: vec![0.003, 0.004],
             noise,
         }];
-        let term = EmpiricalTerm { part: TermPart::Yaw, feature: Feature::SpeedTime, coefficient: 0.1 + 0.2 };
+        let terms = [
+            EmpiricalTerm { part: TermPart::Yaw, feature: Feature::SpeedTime, coefficient: 0.1 + 0.2 },
+            EmpiricalTerm { part: TermPart::Potential, feature: Feature::XY, coefficient: -0.7 },
+        ];
         let model = |base: &str, causes: &[Cause], empirical: &[EmpiricalTerm]| ExtendedModel {
             base: base.to_owned(),
             contact: None,
@@ -1144,14 +1147,14 @@ fn an_extended_model_reads_as_it_was_written() {
             doubt: Doubt { motion: 1e-4 * empirical.len() as f64, response: 0.1, ..Doubt::default() },
             residues: residues.clone(),
         };
-        let one = model(robot, first, &[term]);
+        let one = model(robot, first, &terms);
         let inner = write("inner.toml", &one);
         assert_eq!(ExtendedModel::read(Path::new(&inner)).expect("it reads"), Some(one));
         // The base stands beside the file that names it.
         let outer = write("outer.toml", &model("inner.toml", second, &[]));
         let mut expected = Cause::edit_all(&causes, &plain);
-        expected.empirical.push(term);
-        let doubt = Doubt { motion: 1e-4, response: 0.1, ..Doubt::default() };
+        expected.empirical.extend(terms);
+        let doubt = Doubt { motion: 2e-4, response: 0.1, ..Doubt::default() };
         expected.robot.doubt = plain.robot.doubt.widest(doubt);
         expected.robot.residues = residues;
         let mut read = load_scene(&outer, "tilted_floor").expect("it reads");
