@@ -6,12 +6,13 @@
 //!
 //! Several campaigns that were diagnosed together leave each their own, of one error of the model: what they say adds up.
 //!
-//! Errors all along a way are what causes look like, and are remembered as they were found. Errors part by part are many, and
-//! what is found of them is mostly noise: they are remembered as far as they are likelier to be the model's than noise
-//! (empirical Bayes: MacKay, *Neural Comput.* 4 (1992) 415–447).
+//! What is found of errors is mostly noise: they are remembered as far as they are likelier to be the model's than noise (empirical
+//! Bayes: MacKay, *Neural Comput.* 4 (1992) 415–447). Errors part by part are many, and all as likely; errors all along a way are what
+//! causes look like, and each is asked for itself (automatic relevance determination: Tipping, *J. Mach. Learn. Res.* 1 (2001)
+//! 211–244).
 
 use super::Study;
-use super::case::{Case, Cluster, Reading, near};
+use super::case::{Case, Cluster, Reading};
 use super::doubt;
 use super::forward::{ForwardError, ForwardModel};
 use super::linear::{self, flatten};
@@ -24,8 +25,10 @@ use crate::scene::{Residue, Scene};
 use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use rayon::prelude::*;
 
-/// Share of a way that a model may be wrong by all along it where the last campaign tells: so wide that it does.
+/// Share of a way that a model may be wrong by all along it at most: so wide that the last campaign tells.
 const WIDE: f64 = 3e-3;
+/// Times that it is asked in turn how wide each error all along a way is likeliest to be.
+const TURNS: usize = 30;
 
 /// What the last campaigns say of the model's error in one cluster: of its kinds, in the order of `columns`.
 pub(super) struct Memory {
@@ -35,6 +38,8 @@ pub(super) struct Memory {
     found: DVector<f64>,
     /// Share that the model's errors in parts of the way are likeliest to be of, given what was left.
     of_parts: f64,
+    /// The same of each error all along it, and of the survey.
+    all_along: DVector<f64>,
 }
 
 /// The model's error in one cluster: what is expected of it, and a factor of its covariance.
@@ -44,13 +49,19 @@ pub(super) struct Expected {
     pub spread: DMatrix<f64>,
 }
 
+/// Whether runs begin at the same place, be another point of the robot tracked, or its heading turned: what is plausible of that five
+/// times over.
+fn is_there(then: Pose2, now: Pose2) -> bool {
+    then.distance(now) < 0.25 && (then.heading - now.heading).abs() < 0.1
+}
+
 /// What the last campaigns left of runs like this one, each campaign its own.
 pub(super) fn of_last<'s>(scene: &'s Scene, case: &Case, condition: &str) -> impl Iterator<Item = &'s Residue> {
     let alike = move |residue: &&Residue| {
         let [x, y, heading] = residue.start;
         residue.condition == condition
             && residue.at.is_empty() != case.replayed
-            && near(Pose2::new(x, y, heading), case.run.start.unwrap_or_default())
+            && is_there(Pose2::new(x, y, heading), case.run.start.unwrap_or_default())
     };
     scene.robot.residues.iter().filter(alike)
 }
@@ -124,41 +135,92 @@ impl Memory {
     }
 
     fn new(information: DMatrix<f64>, found: DVector<f64>) -> Memory {
-        let mut memory = Memory { information, found, of_parts: 0.0 };
-        let shares = doubt::SHARES.into_iter().filter(|share| *share > 0.0);
-        let likeliest = shares.max_by(|a, b| memory.log_evidence(*a).total_cmp(&memory.log_evidence(*b)));
-        memory.of_parts = likeliest.expect("shares above none");
+        let all_along = DVector::from_element(found.len() - doubt::KINDS_OF_PARTS, WIDE);
+        let mut memory = Memory { information, found, of_parts: 0.0, all_along };
+        // The one hangs on the other, a little.
+        for _ in 0..2 {
+            let shares = doubt::SHARES.into_iter().filter(|share| *share > 0.0);
+            let likeliest = shares.max_by(|a, b| memory.log_evidence(*a).total_cmp(&memory.log_evidence(*b)));
+            memory.of_parts = likeliest.expect("shares above none");
+            let (information, found) = memory.of_all_along();
+            memory.all_along = likeliest_widths(&information, &found);
+        }
         memory
     }
 
-    /// Share that each kind may be of before the last campaign: in parts of the way `of_parts`, all along it and of the survey
-    /// `WIDE`, and none less than `least`.
-    fn shares(&self, of_parts: f64, least: f64) -> DVector<f64> {
-        let share = |kind: usize, _| if kind < doubt::KINDS_OF_PARTS { of_parts } else { WIDE }.max(least);
-        DVector::from_fn(self.found.len(), share)
+    /// What the last campaign says of errors all along a way and of the survey, whatever those in parts of it are.
+    fn of_all_along(&self) -> (DMatrix<f64>, DVector<f64>) {
+        let (parts, rest) = (doubt::KINDS_OF_PARTS, self.all_along.len());
+        let own =
+            DMatrix::identity(parts, parts) * self.of_parts.powi(-2) + self.information.view((0, 0), (parts, parts));
+        let own = Cholesky::new(own).expect("a precision with a floor is positive");
+        let across = self.information.view((0, parts), (parts, rest));
+        let information = self.information.view((parts, parts), (rest, rest)) - across.tr_mul(&own.solve(&across));
+        let found = self.found.rows(parts, rest) - across.tr_mul(&own.solve(&self.found.rows(0, parts)));
+        (information, found)
     }
 
-    /// Factor of the inverse covariance of the model's error after the last campaign, which may be of these `shares` before it.
-    fn posterior(&self, shares: &DVector<f64>) -> Cholesky<f64, Dyn> {
-        let precision = DMatrix::from_diagonal(&shares.map(|share| share.powi(-2))) + &self.information;
-        Cholesky::new(precision).expect("a precision with a floor is positive")
+    /// Share that each kind may be of before the last campaign, where those in parts of the way are of `of_parts`, and none less
+    /// than `least`.
+    fn shares(&self, of_parts: f64, least: f64) -> DVector<f64> {
+        let share = |kind: usize, _| match kind.checked_sub(doubt::KINDS_OF_PARTS) {
+            None => of_parts.max(least),
+            Some(kind) => self.all_along[kind].max(least),
+        };
+        DVector::from_fn(self.found.len(), share)
     }
 
     /// ln evidence of what was left, where errors of parts are of that share, but for what does not hang on it.
     fn log_evidence(&self, of_parts: f64) -> f64 {
         let shares = self.shares(of_parts, 0.0);
-        let factor = self.posterior(&shares);
-        let mean = factor.solve(&self.found);
-        self.found.dot(&mean) / 2.0 - linear::half_log_det(&factor) - shares.map(f64::ln).sum()
+        let factor = over_prior(&self.information, &shares);
+        self.found.dot(&mean(&factor, &shares, &self.found)) / 2.0 - linear::half_log_det(&factor)
     }
 
     /// The model's error, where it may be wrong by `share` at least.
     pub fn expected(&self, share: f64) -> Expected {
-        let factor = self.posterior(&self.shares(self.of_parts, share));
-        let mut spread = DMatrix::identity(self.found.len(), self.found.len());
+        let shares = self.shares(self.of_parts, share);
+        let factor = over_prior(&self.information, &shares);
+        let mut spread = DMatrix::from_diagonal(&shares);
         linear::whiten(&factor, &mut spread);
-        Expected { mean: factor.solve(&self.found), spread }
+        Expected { mean: mean(&factor, &shares, &self.found), spread }
     }
+}
+
+/// Factor of the inverse covariance after something was seen of errors, in units of what they may be before it, which is none of
+/// some: 1 + D I D with the diagonal D of `shares` and what was seen, I.
+fn over_prior(information: &DMatrix<f64>, shares: &DVector<f64>) -> Cholesky<f64, Dyn> {
+    let seen = information.map_with_location(|row, column, value| value * shares[row] * shares[column]);
+    Cholesky::new(DMatrix::identity(shares.len(), shares.len()) + seen).expect("a precision with a floor is positive")
+}
+
+/// What errors are expected to be then.
+fn mean(factor: &Cholesky<f64, Dyn>, shares: &DVector<f64>, found: &DVector<f64>) -> DVector<f64> {
+    factor.solve(&found.component_mul(shares)).component_mul(shares)
+}
+
+/// Share that each error is likeliest to be of, in turn, given those of the others: none of what is no larger than its noise, and no
+/// more than `WIDE` [Tipping & Faul, *Proc. AISTATS* (2003), eq. 20]. What was hardly seen may be of any.
+fn likeliest_widths(information: &DMatrix<f64>, found: &DVector<f64>) -> DVector<f64> {
+    let mut widths = DVector::from_element(found.len(), WIDE);
+    for _ in 0..TURNS {
+        let before = widths.clone();
+        for kind in (0..found.len()).filter(|&kind| information[(kind, kind)] * WIDE.powi(2) > 1.0) {
+            let mut others = widths.clone();
+            others[kind] = 0.0;
+            let factor = over_prior(information, &others);
+            // What is seen of it, and found, where the others explain what they can.
+            let row = information.column(kind).into_owned();
+            let seen = row[kind] - row.dot(&mean(&factor, &others, &row));
+            let own = found[kind] - row.dot(&mean(&factor, &others, found));
+            let variance = (own.powi(2) - seen) / seen.powi(2);
+            widths[kind] = variance.clamp(0.0, WIDE.powi(2)).sqrt();
+        }
+        if (&widths - before).amax() < 1e-3 * WIDE {
+            break;
+        }
+    }
+    widths
 }
 
 /// What is left of the ends of the runs that an answer was fitted to, where each has a protocol: root mean squares of the
@@ -289,18 +351,32 @@ mod tests {
         assert!(noise.expected(1.6e-3).mean[0] > 0.99e-4);
     }
 
+    /// The likeliest width of what was found z σ off is √(z² − 1) σ, up to the widest, so that 1 − 1/z² of it is expected again, which is
+    /// known to √(1 − 1/z²) σ; what is no larger than its noise is not expected, and known not to be.
     #[test]
-    fn what_was_left_all_along_the_way_is_expected_again() {
-        let memory = remembered(|kind| if kind < doubt::KINDS_OF_PARTS { 0.0 } else { 1e-4 });
-        assert_eq!(memory.of_parts, 1e-4);
-        let expected = memory.expected(0.0);
-        for kind in doubt::KINDS_OF_PARTS..doubt::KINDS_OF_PARTS + BESIDES {
-            assert!(expected.mean[kind] > 0.99e-4, "{}", expected.mean[kind]);
+    fn what_was_clearly_left_all_along_the_way_is_expected_again() {
+        for (z, share) in
+            [(0.0, 0.0), (1.0, 0.0), (2.0, 0.75), (5.0, 0.96), (100.0, WIDE.powi(2) / (WIDE.powi(2) + 1e-8))]
+        {
+            let memory = remembered(|kind| if kind < doubt::KINDS_OF_PARTS { 0.0 } else { z * 1e-4 });
+            assert_eq!(memory.of_parts, 1e-4);
+            let expected = memory.expected(0.0);
+            let variance = expected.spread.tr_mul(&expected.spread).diagonal();
+            assert!((variance[0] * 2e8 - 1.0).abs() < 1e-9);
+            for kind in doubt::KINDS_OF_PARTS..doubt::KINDS_OF_PARTS + BESIDES {
+                assert!((expected.mean[kind] - share * z * 1e-4).abs() < 1e-9, "{z}: {}", expected.mean[kind]);
+                assert!((variance[kind] * 1e8 - share).abs() < 1e-6, "{z}: {}", variance[kind]);
+            }
         }
-        // 1 / (1e8 + 1/width^2), by width.
-        let variance = expected.spread.tr_mul(&expected.spread).diagonal();
-        assert!((variance[0] * 2e8 - 1.0).abs() < 1e-9);
-        assert!((variance[doubt::KINDS_OF_PARTS] * (1e8 + WIDE.powi(-2)) - 1.0).abs() < 1e-9);
+    }
+
+    /// Of two errors that look much alike, the one that explains more is remembered, and the other not.
+    #[test]
+    fn of_errors_that_look_alike_one_is_remembered() {
+        let information = DMatrix::from_row_slice(2, 2, &[1e8, 0.98e8, 0.98e8, 1e8]);
+        let found = &information * DVector::from_column_slice(&[6e-4, 0.0]);
+        let widths = likeliest_widths(&information, &found);
+        assert!((widths[0] - 35_f64.sqrt() * 1e-4).abs() < 2e-6 && widths[1] == 0.0, "{widths}");
     }
 
     #[test]
