@@ -448,7 +448,7 @@ pub(super) fn clusters(cases: &[Case], apart: bool) -> (Vec<Cluster>, Vec<Condit
 }
 
 /// Whether two starts are the same mark, to what a survey can tell and a floor can matter.
-pub(super) fn near(a: Pose2, b: Pose2) -> bool {
+fn near(a: Pose2, b: Pose2) -> bool {
     a.distance(b) < 0.05 && (a.heading - b.heading).abs() < 0.05
 }
 
