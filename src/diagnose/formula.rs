@@ -1,4 +1,4 @@
-//! Where no known cause takes a misfit away: what stands out of what is left, be it causes or a formula of the body's twist.
+//! Where no known cause takes a misfit away: what stands out of what is left, be it causes or a formula.
 
 use super::refine::{self, LONG_LIST, Place};
 use super::search::{self, Hypothesis, Ranking};
@@ -52,7 +52,7 @@ impl Study<'_> {
         problem.left_of_means(&answer.fit.at).max(1.0)
     }
 
-    /// The ranking as it is, or, where a formula of the body's twist takes away what known causes leave, one of causes beside
+    /// The ranking as it is, or, where a formula takes away what known causes leave, one of causes beside
     /// the terms of that formula.
     fn with_formula(&mut self, known: Ranking) -> Ranking {
         let mut best = known.clone();

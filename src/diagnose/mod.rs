@@ -228,7 +228,8 @@ impl<'m> Study<'m> {
             Surrogate::new(&model, &cases, &clusters, used_clusters, &mut variants, candidates, progress)?;
         left_out.append(&mut surrogate.refused);
         // A hundredth of the speed, or so many radians a metre; of the weight, where it is known what that pulls.
-        let size = |part, feature| surrogate.size(part, feature, &clusters[..used_clusters]);
+        let motions = surrogate.motions(&clusters[..used_clusters]);
+        let size = |part, feature| surrogate::size(part, feature, &motions);
         let (speed, weight) = (size(TermPart::Forward, Feature::Speed), scene.robot.mass() * GRAVITY);
         let of_twist = TermPart::TWIST.into_iter().flat_map(|part| Feature::OF_MOTION.map(|it| (part, it, speed)));
         let of_place = Feature::OF_PLACE.map(|feature| (TermPart::Potential, feature, weight));

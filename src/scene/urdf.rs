@@ -145,7 +145,7 @@ impl Tree {
             placements: vec![Placement::identity(); robot.links.len()],
             robot,
         };
-        tree.check_finite()?;
+        tree.check_numbers()?;
         tree.place_links()?;
         Ok(tree)
     }
@@ -575,7 +575,7 @@ impl Tree {
         SceneError::Inertia { urdf: self.file.clone(), link: link.to_owned(), quantity, value, allowed }
     }
 
-    fn check_finite(&self) -> Result<(), SceneError> {
+    fn check_numbers(&self) -> Result<(), SceneError> {
         let finite = |pose: &urdf_rs::Pose| pose.xyz.iter().chain(pose.rpy.iter()).all(|value| value.is_finite());
         let not_finite = |place: String| SceneError::NotFinite { urdf: self.file.clone(), place };
         for joint in &self.robot.joints {
@@ -586,17 +586,15 @@ impl Tree {
         for link in &self.robot.links {
             let i = &link.inertial.inertia;
             let inertia = [link.inertial.mass.value, i.ixx, i.ixy, i.ixz, i.iyy, i.iyz, i.izz];
-            let shapes = link.visual.iter().map(|visual| (&visual.origin, &visual.geometry));
-            let shapes = shapes.chain(link.collision.iter().map(|collision| (&collision.origin, &collision.geometry)));
-            let is_finite = |size: &f64| size.is_finite();
+            let drawn = link.visual.iter().map(|visual| (&visual.origin, &visual.geometry));
+            let hit = link.collision.iter().map(|collision| (&collision.origin, &collision.geometry));
+            let shapes: Vec<_> = drawn.chain(hit).map(|(origin, geometry)| (origin, sizes(geometry))).collect();
             let shapes_finite =
-                shapes.into_iter().all(|(origin, geometry)| finite(origin) && sizes(geometry).iter().all(is_finite));
+                shapes.iter().all(|(origin, sizes)| finite(origin) && sizes.iter().all(|it| it.is_finite()));
             if !finite(&link.inertial.origin) || !inertia.iter().all(|value| value.is_finite()) || !shapes_finite {
                 return Err(not_finite(format!("link `{}`", link.name)));
             }
-            let geometries =
-                link.visual.iter().map(|it| &it.geometry).chain(link.collision.iter().map(|it| &it.geometry));
-            if let Some(size) = geometries.flat_map(sizes).find(|size| *size < 0.0) {
+            if let Some(size) = shapes.into_iter().flat_map(|(_, sizes)| sizes).find(|size| *size < 0.0) {
                 return Err(SceneError::Size { urdf: self.file.clone(), link: link.name.clone(), size });
             }
         }

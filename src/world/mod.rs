@@ -329,7 +329,7 @@ impl World {
         FloorMotion { base: room_from_base.translation, velocity, yaw_rate: floor.yaw_rate }
     }
 
-    /// The motion that an uneven floor and empirical terms are made of, where there are any.
+    /// The motion that an uneven floor and empirical terms are made of, as far as there are any.
     fn motion(&mut self) -> Motion {
         if self.unevenness.is_none() && self.scene.empirical.is_empty() {
             return Motion::default();
@@ -338,6 +338,9 @@ impl World {
         let forward = *chassis.rotation() * Vector::X;
         let velocity = chassis.velocity_at_point(chassis.translation());
         let twist = Twist2 { forward: velocity.dot(forward), left: 0.0, yaw_rate: chassis.angvel().z };
+        if self.scene.empirical.is_empty() {
+            return Motion { twist, ..Motion::default() };
+        }
         let acceleration = (twist.forward - self.smooth_speed) / SMOOTHING;
         self.smooth_speed += acceleration * self.scene.time_step;
         Motion { twist, pose: self.pose(), time: self.time(), acceleration }

@@ -71,6 +71,16 @@ pub(super) struct Surrogate {
     pub refused: Vec<String>,
 }
 
+/// Root mean square over `motions` of what a term is for a coefficient of 1: a part of the twist, or a force.
+pub(super) fn size(part: TermPart, feature: Feature, motions: &[Motion]) -> f64 {
+    let unit = EmpiricalTerm { part, feature, coefficient: 1.0 };
+    let square = |motion: &Motion| match part {
+        TermPart::Potential => EmpiricalTerm::force(&[unit], motion.pose).map(|it| it * it).iter().sum::<f64>(),
+        TermPart::Forward | TermPart::Left | TermPart::Yaw => feature.value(motion).powi(2),
+    };
+    (motions.iter().map(square).sum::<f64>() / f64::max(motions.len() as f64, 1.0)).sqrt()
+}
+
 /// Change of a cluster's steps beyond what a spot of one size does, where a run comes upon it [`spots::STRAY`] farther west, and
 /// farther south: as if the spot were so much farther east, and farther north.
 struct Elsewhere {
@@ -366,19 +376,9 @@ impl Surrogate {
         }
     }
 
-    /// Root mean square, over the clusters' ways, of what a term is for a coefficient of 1: a part of the twist, or a force.
-    pub fn size(&self, part: TermPart, feature: Feature, clusters: &[Cluster]) -> f64 {
-        let unit = EmpiricalTerm { part, feature, coefficient: 1.0 };
-        let square = |motion: &Motion| match part {
-            TermPart::Potential => EmpiricalTerm::force(&[unit], motion.pose).map(|it| it * it).iter().sum(),
-            TermPart::Forward | TermPart::Left | TermPart::Yaw => feature.value(motion).powi(2),
-        };
-        let (mut sum, mut count) = (0.0, 0.0);
-        for motion in clusters.iter().flat_map(|cluster| self.ways[cluster.reference].motions()) {
-            sum += square(&motion);
-            count += 1.0;
-        }
-        (sum / f64::max(count, 1.0)).sqrt()
+    /// How the clusters' reference runs move, step by step.
+    pub fn motions(&self, clusters: &[Cluster]) -> Vec<Motion> {
+        clusters.iter().flat_map(|cluster| self.ways[cluster.reference].motions()).collect()
     }
 
     /// Whether what is known of an axis was simulated on other ways than these.
