@@ -141,13 +141,21 @@ impl Study<'_> {
             let condition = self.conditions[cluster.condition].label();
             let kinds = kinds(&self.surrogate, case, &way, &survey);
             let lasting = lasting(&kinds);
-            let memory = Memory::of(self, residue::of_last(self.model.scene(), case, &condition), case, given);
-            let columns = match memory {
+            let told = residue::told(self, residue::of_last(self.model.scene(), case, &condition), case, given);
+            let columns = match told {
                 None => lasting,
                 Some(_) => residue::columns(self, case, &way, at, &lasting),
             };
-            MotionError { columns, transient: transient(kinds), memory }
+            (columns, transient(kinds), told)
         };
-        self.doubts.get_or_init(|| self.clusters.par_iter().enumerate().map(of).collect())
+        self.doubts.get_or_init(|| {
+            let (mut errors, mut told) = (Vec::new(), Vec::new());
+            for (columns, transient, of_last) in self.clusters.par_iter().enumerate().map(of).collect::<Vec<_>>() {
+                errors.push((columns, transient));
+                told.push(of_last);
+            }
+            let of = |((columns, transient), memory)| MotionError { columns, transient, memory };
+            errors.into_iter().zip(residue::memories(told)).map(of).collect()
+        })
     }
 }

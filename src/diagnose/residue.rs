@@ -30,16 +30,27 @@ const WIDE: f64 = 3e-3;
 /// Times that it is asked in turn how wide each error all along a way is likeliest to be.
 const TURNS: usize = 30;
 
-/// What the last campaigns say of the model's error in one cluster: of its kinds, in the order of `columns`.
-pub(super) struct Memory {
+/// What the last campaigns tell of the model's error in one cluster, of its kinds, in the order of `columns`.
+#[derive(Clone)]
+pub(super) struct Told {
     /// Information matrix.
     information: DMatrix<f64>,
     /// Information times what was found.
     found: DVector<f64>,
-    /// Share that the model's errors in parts of the way are likeliest to be of, given what was left.
+}
+
+/// Share that errors of each kind are likeliest to be of, in any cluster, given what was left in all of them.
+#[derive(Clone)]
+struct Widths {
     of_parts: f64,
-    /// The same of each error all along it, and of the survey.
+    /// Of each error all along a way, and of the survey.
     all_along: DVector<f64>,
+}
+
+/// What is known of the model's error in one cluster.
+pub(super) struct Memory {
+    told: Told,
+    widths: Widths,
 }
 
 /// The model's error in one cluster: what is expected of it, and a factor of its covariance.
@@ -96,94 +107,114 @@ pub(super) fn columns(
     DMatrix::from_columns(&all)
 }
 
-/// What one campaign's residue tells of the kinds of error in runs like `case`: information matrix, and that times what was found.
-fn told(study: &Study<'_>, residue: &Residue, case: &Case, way: &Way) -> (DMatrix<f64>, DVector<f64>) {
-    let (scene, surrogate) = (study.model.scene(), &study.surrogate);
-    let heading = (!residue.heading.is_empty()).then_some(0.0);
-    let reading = |stamp: Option<f64>| Reading { stamp, x: 0.0, y: 0.0, heading };
-    // As the runs of then were read, but on the way of now: a robot that stops longer is where it is later.
-    let stamps = |at: &[f64]| way.times_of(at.iter().copied()).into_iter().map(|time| Some(scene.survey.stamp(time)));
-    let read = Case {
-        readings: if residue.at.is_empty() { vec![reading(None)] } else { stamps(&residue.at).map(reading).collect() },
-        frame_stamp: stamps(residue.frame_at.as_slice()).next().flatten(),
-        ..case.clone()
-    };
-    let path = compose(way.start, &way.steps);
-    let factor = shapes::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
-    let survey = surrogate.survey_in(read.campaign, scene, &[], &study.variants);
-    let motion = doubt::lasting(&doubt::kinds(surrogate, &read, way, &survey));
-    let mut columns = columns(study, &read, way, &[], &motion);
-    linear::whiten(&factor, &mut columns);
-    let left: Vec<Pose2> = (0..residue.x.len())
-        .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
-        .collect();
-    let left = linear::whitened(&factor, &flatten(&read, &left));
-    (columns.tr_mul(&columns) * residue.runs, columns.tr_mul(&left) * residue.runs)
+/// What the last campaigns left says of runs like `case`, which stands for a cluster; `None` where they left nothing of such.
+pub(super) fn told<'s>(
+    study: &Study<'_>,
+    residues: impl Iterator<Item = &'s Residue>,
+    case: &Case,
+    way: &Way,
+) -> Option<Told> {
+    let told = residues.map(|residue| Told::by(study, residue, case, way));
+    told.reduce(|all, one| Told { information: all.information + one.information, found: all.found + one.found })
 }
 
-impl Memory {
-    /// What the last campaigns left says of runs like `case`, which stands for a cluster; `None` where they left nothing of such.
-    pub fn of<'s>(
-        study: &Study<'_>,
-        residues: impl Iterator<Item = &'s Residue>,
-        case: &Case,
-        way: &Way,
-    ) -> Option<Memory> {
-        let told = residues.map(|residue| told(study, residue, case, way));
-        let (information, found) = told.reduce(|(i, f), (information, found)| (i + information, f + found))?;
-        Some(Memory::new(information, found))
+/// What is known of the errors of clusters that the last campaigns tell of, each by what it was told and by how large errors of its
+/// kinds are in all of them: a kind of error that is the model's has no reason to be large in one and none in another.
+pub(super) fn memories(told: Vec<Option<Told>>) -> Vec<Option<Memory>> {
+    let all: Vec<&Told> = told.iter().flatten().collect();
+    if all.is_empty() {
+        return told.into_iter().map(|_| None).collect();
+    }
+    let widths = Widths::likeliest(&all);
+    let of = |told| Memory { told, widths: widths.clone() };
+    told.into_iter().map(|told| told.map(of)).collect()
+}
+
+impl Told {
+    /// What one campaign's residue tells of the kinds of error in runs like `case`.
+    fn by(study: &Study<'_>, residue: &Residue, case: &Case, way: &Way) -> Told {
+        let (scene, surrogate) = (study.model.scene(), &study.surrogate);
+        let heading = (!residue.heading.is_empty()).then_some(0.0);
+        let reading = |stamp: Option<f64>| Reading { stamp, x: 0.0, y: 0.0, heading };
+        // As the runs of then were read, but on the way of now: a robot that stops longer is where it is later.
+        let stamps =
+            |at: &[f64]| way.times_of(at.iter().copied()).into_iter().map(|time| Some(scene.survey.stamp(time)));
+        let read = Case {
+            readings: if residue.at.is_empty() {
+                vec![reading(None)]
+            } else {
+                stamps(&residue.at).map(reading).collect()
+            },
+            frame_stamp: stamps(residue.frame_at.as_slice()).next().flatten(),
+            ..case.clone()
+        };
+        let path = compose(way.start, &way.steps);
+        let factor = shapes::shapes_of(surrogate, &read, way, &path, &scene.survey).factor(&residue.noise);
+        let survey = surrogate.survey_in(read.campaign, scene, &[], &study.variants);
+        let motion = doubt::lasting(&doubt::kinds(surrogate, &read, way, &survey));
+        let mut columns = columns(study, &read, way, &[], &motion);
+        linear::whiten(&factor, &mut columns);
+        let left: Vec<Pose2> = (0..residue.x.len())
+            .map(|k| Pose2::new(residue.x[k], residue.y[k], residue.heading.get(k).copied().unwrap_or(0.0)))
+            .collect();
+        let left = linear::whitened(&factor, &flatten(&read, &left));
+        Told { information: columns.tr_mul(&columns) * residue.runs, found: columns.tr_mul(&left) * residue.runs }
     }
 
-    fn new(information: DMatrix<f64>, found: DVector<f64>) -> Memory {
-        let all_along = DVector::from_element(found.len() - doubt::KINDS_OF_PARTS, WIDE);
-        let mut memory = Memory { information, found, of_parts: 0.0, all_along };
-        // The one hangs on the other, a little.
-        for _ in 0..2 {
-            let shares = doubt::SHARES.into_iter().filter(|share| *share > 0.0);
-            let likeliest = shares.max_by(|a, b| memory.log_evidence(*a).total_cmp(&memory.log_evidence(*b)));
-            memory.of_parts = likeliest.expect("shares above none");
-            let (information, found) = memory.of_all_along();
-            memory.all_along = likeliest_widths(&information, &found);
-        }
-        memory
-    }
-
-    /// What the last campaign says of errors all along a way and of the survey, whatever those in parts of it are.
-    fn of_all_along(&self) -> (DMatrix<f64>, DVector<f64>) {
-        let (parts, rest) = (doubt::KINDS_OF_PARTS, self.all_along.len());
-        let own =
-            DMatrix::identity(parts, parts) * self.of_parts.powi(-2) + self.information.view((0, 0), (parts, parts));
+    /// What is told of errors all along a way and of the survey, whatever those in parts of it are, which may be of `of_parts`.
+    fn of_all_along(&self, of_parts: f64) -> Told {
+        let (parts, rest) = (doubt::KINDS_OF_PARTS, self.found.len() - doubt::KINDS_OF_PARTS);
+        let own = DMatrix::identity(parts, parts) * of_parts.powi(-2) + self.information.view((0, 0), (parts, parts));
         let own = Cholesky::new(own).expect("a precision with a floor is positive");
         let across = self.information.view((0, parts), (parts, rest));
         let information = self.information.view((parts, parts), (rest, rest)) - across.tr_mul(&own.solve(&across));
         let found = self.found.rows(parts, rest) - across.tr_mul(&own.solve(&self.found.rows(0, parts)));
-        (information, found)
+        Told { information, found }
     }
 
-    /// Share that each kind may be of before the last campaign, where those in parts of the way are of `of_parts`, and none less
-    /// than `least`.
-    fn shares(&self, of_parts: f64, least: f64) -> DVector<f64> {
-        let share = |kind: usize, _| match kind.checked_sub(doubt::KINDS_OF_PARTS) {
-            None => of_parts.max(least),
-            Some(kind) => self.all_along[kind].max(least),
-        };
-        DVector::from_fn(self.found.len(), share)
+    /// ln evidence of what was left, where each kind of error may be of its share, but for what does not hang on them.
+    fn log_evidence(&self, shares: &DVector<f64>) -> f64 {
+        let factor = over_prior(&self.information, shares);
+        self.found.dot(&mean(&factor, shares, &self.found)) / 2.0 - linear::half_log_det(&factor)
+    }
+}
+
+impl Widths {
+    fn likeliest(told: &[&Told]) -> Widths {
+        let all_along = DVector::from_element(told[0].found.len() - doubt::KINDS_OF_PARTS, WIDE);
+        let mut widths = Widths { of_parts: 0.0, all_along };
+        // The one hangs on the other, a little.
+        for _ in 0..2 {
+            let log_evidence = |of_parts: f64| {
+                let shares = Widths { of_parts, ..widths.clone() }.shares(0.0);
+                told.iter().map(|told| told.log_evidence(&shares)).sum::<f64>()
+            };
+            let shares = doubt::SHARES.into_iter().filter(|share| *share > 0.0);
+            let likeliest = shares.max_by(|a, b| log_evidence(*a).total_cmp(&log_evidence(*b)));
+            let of_parts = likeliest.expect("shares above none");
+            let along: Vec<Told> = told.iter().map(|told| told.of_all_along(of_parts)).collect();
+            widths = Widths { of_parts, all_along: likeliest_widths(&along) };
+        }
+        widths
     }
 
-    /// ln evidence of what was left, where errors of parts are of that share, but for what does not hang on it.
-    fn log_evidence(&self, of_parts: f64) -> f64 {
-        let shares = self.shares(of_parts, 0.0);
-        let factor = over_prior(&self.information, &shares);
-        self.found.dot(&mean(&factor, &shares, &self.found)) / 2.0 - linear::half_log_det(&factor)
+    /// Share that each kind may be of before the last campaign, none less than `least`.
+    fn shares(&self, least: f64) -> DVector<f64> {
+        let count = doubt::KINDS_OF_PARTS + self.all_along.len();
+        DVector::from_fn(count, |kind, _| {
+            kind.checked_sub(doubt::KINDS_OF_PARTS).map_or(self.of_parts, |kind| self.all_along[kind]).max(least)
+        })
     }
+}
 
+impl Memory {
     /// The model's error, where it may be wrong by `share` at least.
     pub fn expected(&self, share: f64) -> Expected {
-        let shares = self.shares(self.of_parts, share);
-        let factor = over_prior(&self.information, &shares);
+        let shares = self.widths.shares(share);
+        let factor = over_prior(&self.told.information, &shares);
         let mut spread = DMatrix::from_diagonal(&shares);
         linear::whiten(&factor, &mut spread);
-        Expected { mean: mean(&factor, &shares, &self.found), spread }
+        Expected { mean: mean(&factor, &shares, &self.told.found), spread }
     }
 }
 
@@ -199,28 +230,53 @@ fn mean(factor: &Cholesky<f64, Dyn>, shares: &DVector<f64>, found: &DVector<f64>
     factor.solve(&found.component_mul(shares)).component_mul(shares)
 }
 
-/// Share that each error is likeliest to be of, in turn, given those of the others: none of what is no larger than its noise, and no
-/// more than `WIDE` [Tipping & Faul, *Proc. AISTATS* (2003), eq. 20]. What was hardly seen may be of any.
-fn likeliest_widths(information: &DMatrix<f64>, found: &DVector<f64>) -> DVector<f64> {
-    let mut widths = DVector::from_element(found.len(), WIDE);
+/// Share that errors of each kind are likeliest to be of in all clusters, in turn, given those of the others: none of what is no larger
+/// than its noise, and no more than `WIDE` [Tipping & Faul, *Proc. AISTATS* (2003), eq. 20, which is of one]. What was hardly seen
+/// may be of any.
+fn likeliest_widths(told: &[Told]) -> DVector<f64> {
+    let mut widths = DVector::from_element(told[0].found.len(), WIDE);
+    let seen: DVector<f64> = told.iter().map(|told| told.information.diagonal()).sum();
     for _ in 0..TURNS {
         let before = widths.clone();
-        for kind in (0..found.len()).filter(|&kind| information[(kind, kind)] * WIDE.powi(2) > 1.0) {
+        for kind in (0..widths.len()).filter(|&kind| seen[kind] * WIDE.powi(2) > 1.0) {
             let mut others = widths.clone();
             others[kind] = 0.0;
-            let factor = over_prior(information, &others);
             // What is seen of it, and found, where the others explain what they can.
-            let row = information.column(kind).into_owned();
-            let seen = row[kind] - row.dot(&mean(&factor, &others, &row));
-            let own = found[kind] - row.dot(&mean(&factor, &others, found));
-            let variance = (own.powi(2) - seen) / seen.powi(2);
-            widths[kind] = variance.clamp(0.0, WIDE.powi(2)).sqrt();
+            let of = |Told { information, found }: &Told| {
+                let factor = over_prior(information, &others);
+                let row = information.column(kind).into_owned();
+                let seen = row[kind] - row.dot(&mean(&factor, &others, &row));
+                [seen, found[kind] - row.dot(&mean(&factor, &others, found))]
+            };
+            widths[kind] = likeliest_variance(&told.iter().map(of).collect::<Vec<_>>()).sqrt();
         }
         if (&widths - before).amax() < 1e-3 * WIDE {
             break;
         }
     }
     widths
+}
+
+/// Variance v that errors are likeliest to have of which information `seen` tells, and that times what was `found`, up to the widest: of
+/// Σ q²v/(1 + vs) − ln(1 + vs) the top.
+fn likeliest_variance(told: &[[f64; 2]]) -> f64 {
+    let rises = |variance: f64| {
+        let of = |[seen, found]: &[f64; 2]| {
+            let precision = 1.0 + variance * seen;
+            (found / precision).powi(2) - seen / precision
+        };
+        told.iter().map(of).sum::<f64>() > 0.0
+    };
+    // Halvings, to a millionth of the widest share.
+    let (mut low, mut high) = (0.0, WIDE.powi(2));
+    if rises(high) {
+        return high;
+    }
+    for _ in 0..40 {
+        let middle = 0.5 * (low + high);
+        if rises(middle) { low = middle } else { high = middle }
+    }
+    low
 }
 
 /// What is left of the ends of the runs that an answer was fitted to, where each has a protocol: root mean squares of the
@@ -326,12 +382,26 @@ mod tests {
     /// So many kinds besides those of parts.
     const BESIDES: usize = 2;
 
-    /// What is remembered of a campaign that shows each kind of error to a share of 1e-4 and left so much of it.
-    fn remembered(left: impl Fn(usize) -> f64) -> Memory {
+    /// What is told by a campaign that shows each kind of error to a share of 1e-4 and left so much of it.
+    fn left(of: impl Fn(usize) -> f64) -> Told {
         let kinds = doubt::KINDS_OF_PARTS + BESIDES;
-        let information = DMatrix::identity(kinds, kinds) * 1e8;
-        let found = DVector::from_fn(kinds, |kind, _| left(kind) * 1e8);
-        Memory::new(information, found)
+        let found = DVector::from_fn(kinds, |kind, _| of(kind) * 1e8);
+        Told { information: DMatrix::identity(kinds, kinds) * 1e8, found }
+    }
+
+    /// What is remembered of the first of clusters that left so much each.
+    fn first_of(told: Vec<Told>) -> Memory {
+        memories(told.into_iter().map(Some).collect()).swap_remove(0).expect("told")
+    }
+
+    /// What is remembered where one cluster left so much.
+    fn remembered(of: impl Fn(usize) -> f64) -> Memory {
+        first_of(vec![left(of)])
+    }
+
+    /// What left nothing of parts, and of each other kind z σ.
+    fn along(z: f64) -> Told {
+        left(|kind| if kind < doubt::KINDS_OF_PARTS { 0.0 } else { z * 1e-4 })
     }
 
     /// Of either sign in turn.
@@ -342,10 +412,10 @@ mod tests {
     #[test]
     fn noise_that_was_left_of_parts_is_not_expected_again_but_an_error_is() {
         let noise = remembered(|kind| 1e-4 * in_turn(kind));
-        assert_eq!(noise.of_parts, 1e-4);
+        assert_eq!(noise.widths.of_parts, 1e-4);
         assert!((noise.expected(0.0).mean[0] - 0.5e-4).abs() < 1e-9);
         let error = remembered(|kind| 1.6e-3 * in_turn(kind));
-        assert_eq!(error.of_parts, 1.6e-3);
+        assert_eq!(error.widths.of_parts, 1.6e-3);
         assert!((error.expected(0.0).mean[0] - 1.6e-3).abs() < 1e-5);
         // A model that is known to be wrong by more is held to what was left of it.
         assert!(noise.expected(1.6e-3).mean[0] > 0.99e-4);
@@ -358,8 +428,8 @@ mod tests {
         for (z, share) in
             [(0.0, 0.0), (1.0, 0.0), (2.0, 0.75), (5.0, 0.96), (100.0, WIDE.powi(2) / (WIDE.powi(2) + 1e-8))]
         {
-            let memory = remembered(|kind| if kind < doubt::KINDS_OF_PARTS { 0.0 } else { z * 1e-4 });
-            assert_eq!(memory.of_parts, 1e-4);
+            let memory = first_of(vec![along(z)]);
+            assert_eq!(memory.widths.of_parts, 1e-4);
             let expected = memory.expected(0.0);
             let variance = expected.spread.tr_mul(&expected.spread).diagonal();
             assert!((variance[0] * 2e8 - 1.0).abs() < 1e-9);
@@ -370,12 +440,21 @@ mod tests {
         }
     }
 
+    /// Noise of 1.5 σ in one of four clusters is no error of all; one of 2 σ in each is, and is as wide as in one alone.
+    #[test]
+    fn an_error_is_as_large_in_one_cluster_as_in_another() {
+        let widths_of = |all: &[f64]| first_of(all.iter().map(|z| along(*z)).collect()).widths.all_along;
+        assert_eq!(widths_of(&[1.5, 0.5, -0.5, 0.0]).amax(), 0.0);
+        assert!((widths_of(&[2.0, -2.0, 2.0, 2.0])[0] - 3_f64.sqrt() * 1e-4).abs() < 1e-8);
+        assert!((widths_of(&[1.5])[0] - 1.25_f64.sqrt() * 1e-4).abs() < 1e-8);
+    }
+
     /// Of two errors that look much alike, the one that explains more is remembered, and the other not.
     #[test]
     fn of_errors_that_look_alike_one_is_remembered() {
         let information = DMatrix::from_row_slice(2, 2, &[1e8, 0.98e8, 0.98e8, 1e8]);
         let found = &information * DVector::from_column_slice(&[6e-4, 0.0]);
-        let widths = likeliest_widths(&information, &found);
+        let widths = likeliest_widths(&[Told { information, found }]);
         assert!((widths[0] - 35_f64.sqrt() * 1e-4).abs() < 2e-6 && widths[1] == 0.0, "{widths}");
     }
 
