@@ -66,6 +66,8 @@ pub(super) struct Kind {
 
 /// How many kinds there are of errors in parts of a way; they come before those in all of it.
 pub(super) const KINDS_OF_PARTS: usize = PARTS * 6;
+/// How many there are with those in all of it.
+pub(super) const KINDS: usize = KINDS_OF_PARTS + 6;
 
 /// Change of a run's readings by each kind of error, in each part of its way and in all of it.
 pub(super) fn kinds(surrogate: &Surrogate, case: &Case, way: &Way, survey: &Survey) -> Vec<Kind> {
