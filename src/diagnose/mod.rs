@@ -319,7 +319,8 @@ impl<'m> Study<'m> {
     fn search(&mut self, allowed: &[usize], earlier: &[search::Hypothesis]) -> search::Ranking {
         let (learns, repeats) = (self.options.noise.is_none(), self.repeats());
         if learns && repeats {
-            self.learn_noise(&[]);
+            // What runs stray by on their way hangs on where readings are of.
+            self.learn_noise(&self.shaped_at.clone());
         }
         let most = self.options.most_causes;
         let mut ranking = search::Ranking::search(&self.problem(self.counts.clone()), allowed, most);

@@ -341,6 +341,20 @@ fn clocks_that_disagree_move_where_the_last_campaign_is_remembered() {
     }
 }
 
+/// What runs stray by is told by readings of where they were, by the clocks as they are found: corners that come a few milliseconds
+/// sooner or later are no noise of headings, which would hide a start that is turned by little.
+#[test]
+fn what_runs_stray_by_is_told_by_their_clocks() {
+    let clocks =
+        Cause { values: vec![-0.2, 0.0, 0.0], ..Effect::named("survey_time_offset").expect("known").nothing() };
+    let world = Cause::edit_all(&[clocks, cause("start_heading_error", -0.006)], &base());
+    let found = diagnosed(&base(), &squares(&world, &base(), DataKind::Logs, 12));
+    let told = found.noise.heading_std;
+    assert!((told / world.survey.heading_std).ln().abs() < 0.2, "{told} rad of {}", world.survey.heading_std);
+    assert_eq!(names(&found), ["start_heading_error", "survey_time_offset"], "{:#?}", found.ranking);
+    assert!(off(&found.findings[0], -0.006).abs() < 3.0, "{:#?}", found.findings);
+}
+
 /// What tyres lose is counted from the beginning of a campaign, also where the first of these runs come an hour after it; and what
 /// repeated runs differ by on such tyres is no scatter.
 #[test]
