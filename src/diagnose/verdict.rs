@@ -431,32 +431,7 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
         .map(|((parameter, value), std_dev)| Found { name: parameter.name, value, std_dev })
         .collect();
 
-    // Answers that put something else in its place and are nearly as likely. Which wheel or place the rest of the answer has does
-    // not matter here: one toed wheel on tracks of two widths is told from another by little.
-    let most = best.set.len().max(ranking.best().set.len());
-    let rest: Set = best.set.iter().copied().filter(|&other| other != index).collect();
-    let ids_of_rest = ids(&rest, variants);
-    let mut confounded: Vec<&'static str> = Vec::new();
-    // A real alternative, and one that the data speak for: what does nothing here is no cause of it.
-    let is_rest = |h: &&Hypothesis| ids(&h.set, variants) == ids_of_rest;
-    let without = ranking.hypotheses.iter().find(is_rest).map_or(f64::NEG_INFINITY, |h| h.fit.log_evidence);
-    let is_likely =
-        |h: &&Hypothesis| h.log_posterior > best.log_posterior - REAL && h.fit.log_evidence > without + CONVINCING;
-    let others: Vec<(&Hypothesis, Vec<&'static str>)> = ranking
-        .hypotheses
-        .iter()
-        .filter(is_likely)
-        .filter(|h| !h.set.contains(&index) && h.set.len() <= most)
-        .filter_map(|h| Some((h, beyond(ids(&h.set, variants), &ids_of_rest)?)))
-        .collect();
-    // What is no less likely without a part of it says nothing for that part.
-    let is_part = |it: &Hypothesis, of: &Hypothesis| it.set.len() < of.set.len() && it.set.is_subset(&of.set);
-    let is_whole = |h: &Hypothesis| !others.iter().any(|(it, put)| !put.is_empty() && is_part(it, h));
-    for id in others.iter().filter(|(h, _)| is_whole(h)).flat_map(|(_, put)| put) {
-        if *id != variant.effect.id && !confounded.contains(id) {
-            confounded.push(id);
-        }
-    }
+    let mut confounded = in_its_place(ranking, variants, best, index);
     let holds = |h: &&Hypothesis| h.set.iter().any(|&other| variants[other].names(variant.effect.id));
     let mut probability =
         ranking.hypotheses.iter().filter(holds).map(|h| (h.log_posterior - total).exp()).sum::<f64>().min(1.0);
@@ -483,6 +458,38 @@ fn finding(study: &Study<'_>, ranking: &Ranking, best: &Hypothesis, index: usize
         probability: probability.min(1.0),
         confounded_with: confounded,
     }
+}
+
+/// Effects that may be in the place of one cause of the `best` answer: of answers that put something else there and are nearly as
+/// likely, of no more causes than what is hardly less likely than any. Which wheel or place the rest of the answer has does not
+/// matter here: one toed wheel on tracks of two widths is told from another by little.
+fn in_its_place(ranking: &Ranking, variants: &[Variant], best: &Hypothesis, index: usize) -> Vec<&'static str> {
+    let leads = |h: &&Hypothesis| h.log_posterior > ranking.best().log_posterior - CONVINCING;
+    let most = ranking.hypotheses.iter().filter(leads).map(|h| h.set.len()).fold(best.set.len(), usize::max);
+    let rest: Set = best.set.iter().copied().filter(|&other| other != index).collect();
+    let ids_of_rest = ids(&rest, variants);
+    let mut confounded: Vec<&'static str> = Vec::new();
+    // A real alternative, and one that the data speak for: what does nothing here is no cause of it.
+    let is_rest = |h: &&Hypothesis| ids(&h.set, variants) == ids_of_rest;
+    let without = ranking.hypotheses.iter().find(is_rest).map_or(f64::NEG_INFINITY, |h| h.fit.log_evidence);
+    let is_likely =
+        |h: &&Hypothesis| h.log_posterior > best.log_posterior - REAL && h.fit.log_evidence > without + CONVINCING;
+    let others: Vec<(&Hypothesis, Vec<&'static str>)> = ranking
+        .hypotheses
+        .iter()
+        .filter(is_likely)
+        .filter(|h| !h.set.contains(&index) && h.set.len() <= most)
+        .filter_map(|h| Some((h, beyond(ids(&h.set, variants), &ids_of_rest)?)))
+        .collect();
+    // What is no less likely without a part of it says nothing for that part.
+    let is_part = |it: &Hypothesis, of: &Hypothesis| it.set.len() < of.set.len() && it.set.is_subset(&of.set);
+    let is_whole = |h: &Hypothesis| !others.iter().any(|(it, put)| !put.is_empty() && is_part(it, h));
+    for id in others.iter().filter(|(h, _)| is_whole(h)).flat_map(|(_, put)| put) {
+        if *id != variants[index].effect.id && !confounded.contains(id) {
+            confounded.push(id);
+        }
+    }
+    confounded
 }
 
 /// Effects of an answer, one a cause, in order.
@@ -520,7 +527,8 @@ mod tests {
     fn ranking(variants: &[Variant], answers: &[(&[&str], f64)]) -> Ranking {
         let of = |(ids, log_posterior): &(&[&str], f64)| {
             let covariance = DMatrix::zeros(0, 0);
-            let fit = Fit { at: Vec::new(), covariance, log_evidence: 0.0, chi2: 0.0, left: 0.0, strays: 0.0 };
+            let fit =
+                Fit { at: Vec::new(), covariance, log_evidence: *log_posterior, chi2: 0.0, left: 0.0, strays: 0.0 };
             Hypothesis { set: set(variants, ids), fit, log_posterior: *log_posterior, opposite: Vec::new() }
         };
         let mut ranking = Ranking { hypotheses: answers.iter().map(of).collect() };
@@ -585,5 +593,21 @@ mod tests {
         // Nothing at all stands until it is no real alternative.
         assert_eq!(stands(&[(two, 0.0), (one, -8.0), (&[], -0.9 * REAL)]), set(&[]));
         assert_eq!(stands(&[(two, 0.0), (one, -8.0), (&[], -1.1 * REAL)]), set(two));
+    }
+
+    /// What may be in a cause's place has as many causes as what is hardly less likely than the best.
+    #[test]
+    fn two_causes_may_be_in_the_place_of_one() {
+        let variants = variants();
+        let (one, both): (&[&str], &[&str]) = (&["wheel_diameter_scale"], &["survey_scale", "wheel_diameter_scale"]);
+        let others: &[&str] = &["survey_scale", "tyre_radius_drift"];
+        let in_place = |of_both: f64, of_others: f64| {
+            let ranking = ranking(&variants, &[(one, 0.0), (both, of_both), (others, of_others), (&[], -8.0)]);
+            let best = ranking.of(&set(&variants, one)).expect("it was weighed");
+            in_its_place(&ranking, &variants, best, *best.set.first().expect("one"))
+        };
+        assert_eq!(in_place(-0.9 * CONVINCING, -0.9 * REAL), others);
+        assert!(in_place(-0.9 * CONVINCING, -1.1 * REAL).is_empty());
+        assert!(in_place(-1.1 * CONVINCING, -1.2 * CONVINCING).is_empty());
     }
 }
