@@ -66,6 +66,8 @@ pub(super) struct Kind {
 
 /// How many kinds there are of errors in parts of a way; they come before those in all of it.
 pub(super) const KINDS_OF_PARTS: usize = PARTS * 6;
+/// Of those in all of a way, what a calibration finds: its length, and the turn on straights and in turns.
+pub(super) const CALIBRATED_KINDS: [usize; 3] = [0, 2, 5];
 /// How many there are with those in all of it.
 pub(super) const KINDS: usize = KINDS_OF_PARTS + 6;
 
