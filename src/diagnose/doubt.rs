@@ -150,14 +150,10 @@ impl Study<'_> {
                 None => lasting,
                 Some(_) => residue::columns(self, case, &way, at, &lasting),
             };
-            (columns, transient(kinds), told)
+            ((columns, transient(kinds)), told)
         };
         self.doubts.get_or_init(|| {
-            let (mut errors, mut told) = (Vec::new(), Vec::new());
-            for (columns, transient, of_last) in self.clusters.par_iter().enumerate().map(of).collect::<Vec<_>>() {
-                errors.push((columns, transient));
-                told.push(of_last);
-            }
+            let (errors, told): (Vec<_>, Vec<_>) = self.clusters.par_iter().enumerate().map(of).unzip();
             let of = |((columns, transient), memory)| MotionError { columns, transient, memory };
             errors.into_iter().zip(residue::memories(told)).map(of).collect()
         })

@@ -36,7 +36,6 @@ const SETTLED: f64 = 1e-3;
 const HALVINGS: usize = 40;
 
 /// What the last campaigns tell of the model's error in one cluster, of its kinds, in the order of `columns`.
-#[derive(Clone)]
 pub(super) struct Told {
     /// Information matrix.
     information: DMatrix<f64>,
@@ -127,12 +126,8 @@ pub(super) fn told<'s>(
 /// kinds are in all of them: a kind of error that is the model's has no reason to be large in one and none in another.
 pub(super) fn memories(told: Vec<Option<Told>>) -> Vec<Option<Memory>> {
     let all: Vec<&Told> = told.iter().flatten().collect();
-    if all.is_empty() {
-        return told.into_iter().map(|_| None).collect();
-    }
-    let widths = Widths::likeliest(&all);
-    let of = |told| Memory { told, widths: widths.clone() };
-    told.into_iter().map(|told| told.map(of)).collect()
+    let widths = (!all.is_empty()).then(|| Widths::likeliest(&all));
+    told.into_iter().map(|told| Some(Memory { told: told?, widths: widths.clone()? })).collect()
 }
 
 impl Told {
