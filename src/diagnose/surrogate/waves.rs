@@ -1,10 +1,12 @@
 //! Where a cause does not go on as it began.
 //!
 //! A controller makes of counts that are later than a tenth of a second what no curve through lesser delays goes on to: it turns
-//! the robot by more, less, more and less again. A fit that comes from 0 stops at the first of these waves, and other causes are
-//! called for to make good what it leaves. So causes of one sign, which are those of the drivetrain and of the encoders, are
-//! simulated as far as is plausible; where one does something else there than was foretold, the way there is simulated ever more
-//! closely, until it does what is foretold, and fits begin at each place (`search`).
+//! the robot by more, less, more and less again. Axles of rigid wheels that fight do next to nothing until one of them gives, and
+//! nearly the same from then on, however much they differ. A fit that comes from 0 stops at the first of these waves, or before the
+//! step, and other causes are called for to make good what it leaves. So causes of one sign, which are those of the drivetrain and of
+//! the encoders, and all causes on rigid wheels, which grip or give, are simulated as far as is plausible; where one does something
+//! else there than was foretold, the way there is simulated ever more closely, until it does what is foretold, and fits begin at each
+//! place (`search`).
 
 use super::response::{Node, Response};
 use super::{Bench, Surrogate, exact};
@@ -12,6 +14,7 @@ use crate::diagnose::forward::ForwardError;
 use crate::diagnose::variant::{Axis, Variant};
 use crate::diagnose::way::{Step, add_times, compose, length};
 use crate::geometry::Pose2;
+use crate::scene::Contact;
 use rayon::prelude::*;
 
 /// How far a cause is plausible \[σ\].
@@ -24,7 +27,7 @@ const ASTRAY: f64 = 0.1;
 const UNREAD: f64 = 0.001;
 
 impl Surrogate {
-    /// Simulates what causes of one sign do as far as is plausible, in `clusters` of which it is known what they do nearer by. Where
+    /// Simulates what causes do as far as is plausible, in `clusters` of which it is known what they do nearer by. Where
     /// that is to be is asked of the first clusters only, so many as are `used`: runs that are held out have no say in it.
     pub(super) fn look_farther(&mut self, bench: Bench<'_>, clusters: &[usize], used: usize) {
         if clusters.is_empty() {
@@ -42,7 +45,8 @@ impl Surrogate {
         let Some(shows) = (0..used).max_by(most) else { return };
         let is_simulated = |axis: &Axis| self.responses[shows].of_axis.contains_key(axis);
         let mut axes = exact::axes(bench.variants, bench.cases);
-        axes.retain(|axis| is_one_sided(*axis, bench.variants) && is_simulated(axis));
+        let rigid = bench.model.scene().contact == Contact::Rigid;
+        axes.retain(|axis| goes_on(*axis, bench.variants, rigid) && is_simulated(axis));
         let farther: Vec<Vec<Node>> = if is_known(shows) {
             axes.iter().map(|&axis| self.known_farther(shows, axis, bench.variants)).collect()
         } else {
@@ -77,7 +81,7 @@ impl Surrogate {
             let responses = &self.responses[cluster];
             responses.of_axis.contains_key(&axis) && !self.known_farther(cluster, axis, variants).is_empty()
         };
-        is_one_sided(axis, variants) && (0..self.responses.len()).any(is_known)
+        variants[axis.variant].place().is_none() && (0..self.responses.len()).any(is_known)
     }
 
     /// What an axis does in a cluster where that is not what was foretold, and about there.
@@ -95,22 +99,25 @@ impl Surrogate {
         };
         let given = end(&[]);
 
-        // Where the robot cannot be driven, there is nothing to look for.
-        let Ok(far) = simulated(coordinate.within(FAR * coordinate.std_dev)) else { return Vec::new() };
         let is_foretold = |response: &Response, node: &Node| {
             let mut foretold = vec![[0.0; 3]; way.steps.len()];
             response.add(node.at, 1.0, &mut foretold);
             let there = end(&node.change);
             apart(there, end(&foretold)) < UNREAD.max(ASTRAY * apart(there, given))
         };
-        if is_foretold(&response, &far) {
-            return Vec::new();
+        let sides = if coordinate.one_sided { &[FAR][..] } else { &[FAR, -FAR] };
+        // Where the robot cannot be driven, there is nothing to look for.
+        let far = sides.iter().filter_map(|z| simulated(coordinate.within(z * coordinate.std_dev)).ok());
+        let far: Vec<Node> = far.filter(|far| !is_foretold(&response, far)).collect();
+        if far.is_empty() {
+            return far;
         }
-        let mut known: Vec<f64> = response.simulated.iter().map(|node| node.at).chain([0.0, far.at]).collect();
+        let places = response.simulated.iter().chain(&far).map(|node| node.at);
+        let mut known: Vec<f64> = places.chain([0.0]).collect();
         known.sort_by(f64::total_cmp);
         let mut gaps: Vec<[f64; 2]> = known.windows(2).map(|gap| [gap[0], gap[1]]).collect();
-        let mut found = vec![far.clone()];
-        response.simulated_at(vec![far]);
+        let mut found = far.clone();
+        response.simulated_at(far);
         while let Some([near, far]) = gaps.pop() {
             if far - near < 2.0 * APART * coordinate.std_dev {
                 continue;
@@ -126,9 +133,10 @@ impl Surrogate {
     }
 }
 
-fn is_one_sided(axis: Axis, variants: &[Variant]) -> bool {
+/// Whether it has to be asked how a cause goes on: one of one sign, and any on `rigid` wheels, which grip or give.
+fn goes_on(axis: Axis, variants: &[Variant], rigid: bool) -> bool {
     let variant = &variants[axis.variant];
-    variant.place().is_none() && variant.coordinates[axis.coordinate].one_sided
+    variant.place().is_none() && (rigid || variant.coordinates[axis.coordinate].one_sided)
 }
 
 fn apart(one: Pose2, other: Pose2) -> f64 {

@@ -287,6 +287,8 @@ fn study_of<'m>(
 ) -> Result<Study<'m>, DiagnoseError> {
     let contact = model.scene().contact;
     let [known, other] = [contact, contact.other()].map(|contact| known.and_then(|known| known.on(contact)));
+    // Where rigid wheels grip or give hangs on the run: what a cause does to one of them it does not do to the next.
+    let known = known.filter(|_| contact != Contact::Rigid);
     let of = |known| Study::new(datasets, &[], model, options.clone(), known, &|_, _| {});
     let study = of(known)?;
     let study = if known.is_some() && !study.may_carry() { of(None)? } else { study };
