@@ -262,7 +262,11 @@ impl Surrogate {
             surrogate.refused.push(format!("the cause {}: with it, {error}", variants[variant].label()));
         }
         let bench = Bench { model, cases, clusters, variants };
-        surrogate.look_farther(bench, &unknown, used);
+        let farther = |more: usize, did: usize| {
+            let total = total.fetch_add(more, Relaxed) + more;
+            progress(done.fetch_add(did, Relaxed) + did, total);
+        };
+        surrogate.look_farther(bench, &unknown, used, &farther);
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.iter().copied().filter(turns_back).collect();
         surrogate.wavy = axes.into_iter().filter(|&axis| surrogate.is_known_farther(axis, variants)).collect();

@@ -29,7 +29,14 @@ const UNREAD: f64 = 0.001;
 impl Surrogate {
     /// Simulates what causes do as far as is plausible, in `clusters` of which it is known what they do nearer by. Where
     /// that is to be is asked of the first clusters only, so many as are `used`: runs that are held out have no say in it.
-    pub(super) fn look_farther(&mut self, bench: Bench<'_>, clusters: &[usize], used: usize) {
+    /// `progress` is told how many more simulations there are, and how many more are done.
+    pub(super) fn look_farther(
+        &mut self,
+        bench: Bench<'_>,
+        clusters: &[usize],
+        used: usize,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) {
         if clusters.is_empty() {
             return;
         }
@@ -50,12 +57,15 @@ impl Surrogate {
         let farther: Vec<Vec<Node>> = if is_known(shows) {
             axes.iter().map(|&axis| self.known_farther(shows, axis, bench.variants)).collect()
         } else {
-            axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis)).collect()
+            axes.par_iter().map(|&axis| self.astray_along(bench, shows, axis, progress)).collect()
         };
         let others: Vec<usize> = clusters.iter().copied().filter(|&cluster| cluster != shows).collect();
+        progress(others.len() * farther.iter().map(Vec::len).sum::<usize>(), 0);
         for (axis, nodes) in axes.into_iter().zip(farther).filter(|(_, nodes)| !nodes.is_empty()) {
             let values: Vec<f64> = nodes.iter().map(|node| node.at).collect();
-            let Ok(mut simulated) = self.simulate(bench, &others, axis, &values) else { continue };
+            let simulated = self.simulate(bench, &others, axis, &values);
+            progress(0, others.len() * values.len());
+            let Ok(mut simulated) = simulated else { continue };
             if clusters.contains(&shows) {
                 simulated.push((shows, nodes));
             }
@@ -85,12 +95,20 @@ impl Surrogate {
     }
 
     /// What an axis does in a cluster where that is not what was foretold, and about there.
-    fn astray_along(&self, bench: Bench<'_>, cluster: usize, axis: Axis) -> Vec<Node> {
+    fn astray_along(
+        &self,
+        bench: Bench<'_>,
+        cluster: usize,
+        axis: Axis,
+        progress: &(dyn Fn(usize, usize) + Sync),
+    ) -> Vec<Node> {
         let coordinate = bench.variants[axis.variant].coordinates[axis.coordinate];
         let way = &self.ways[bench.clusters[cluster].reference];
         let mut response = self.responses[cluster].of_axis[&axis].clone();
         let simulated = |value: f64| -> Result<Node, ForwardError> {
-            Ok(Node::own(value, self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)])?))
+            let change = self.simulated_change(bench, &bench.clusters[cluster], &[(axis, value)]);
+            progress(1, 1);
+            Ok(Node::own(value, change?))
         };
         let end = |change: &[Step]| -> Pose2 {
             let mut steps = way.steps.clone();
