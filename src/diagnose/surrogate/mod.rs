@@ -19,7 +19,7 @@ use super::spots;
 use super::variant::{Axis, Coordinates, Variant, causes};
 use super::way::{self, ARM, Step, Way, compose, count_of, each, lasts, length};
 use crate::geometry::{Pose2, Trace};
-use crate::scene::{EmpiricalTerm, Feature, Motion, Scene, Survey, TermPart};
+use crate::scene::{Contact, EmpiricalTerm, Feature, Motion, Scene, Survey, TermPart};
 pub(super) use exact::nodes;
 use exact::{axes, simulations};
 use library::Entry;
@@ -266,7 +266,9 @@ impl Surrogate {
             let total = total.fetch_add(more, Relaxed) + more;
             progress(done.fetch_add(did, Relaxed) + did, total);
         };
-        surrogate.look_farther(bench, &unknown, used, &farther);
+        // A glance takes causes as they begin.
+        let give = scene.contact == Contact::Rigid && matches!(candidates, Candidates::All(_));
+        surrogate.look_farther(bench, &unknown, used, give, &farther);
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.iter().copied().filter(turns_back).collect();
         surrogate.wavy = axes.into_iter().filter(|&axis| surrogate.is_known_farther(axis, variants)).collect();

@@ -14,7 +14,6 @@ use crate::diagnose::forward::ForwardError;
 use crate::diagnose::variant::{Axis, Variant};
 use crate::diagnose::way::{Step, add_times, compose, length};
 use crate::geometry::Pose2;
-use crate::scene::Contact;
 use rayon::prelude::*;
 
 /// How far a cause is plausible \[σ\].
@@ -29,12 +28,14 @@ const UNREAD: f64 = 0.001;
 impl Surrogate {
     /// Simulates what causes do as far as is plausible, in `clusters` of which it is known what they do nearer by. Where
     /// that is to be is asked of the first clusters only, so many as are `used`: runs that are held out have no say in it.
-    /// `progress` is told how many more simulations there are, and how many more are done.
+    /// Of causes of one sign, and of all on wheels that grip or `give`. `progress` is told how many more simulations there are, and
+    /// how many more are done.
     pub(super) fn look_farther(
         &mut self,
         bench: Bench<'_>,
         clusters: &[usize],
         used: usize,
+        give: bool,
         progress: &(dyn Fn(usize, usize) + Sync),
     ) {
         if clusters.is_empty() {
@@ -52,8 +53,11 @@ impl Surrogate {
         let Some(shows) = (0..used).max_by(most) else { return };
         let is_simulated = |axis: &Axis| self.responses[shows].of_axis.contains_key(axis);
         let mut axes = exact::axes(bench.variants, bench.cases);
-        let rigid = bench.model.scene().contact == Contact::Rigid;
-        axes.retain(|axis| goes_on(*axis, bench.variants, rigid) && is_simulated(axis));
+        axes.retain(|axis| {
+            let variant = &bench.variants[axis.variant];
+            let is_asked = give || variant.coordinates[axis.coordinate].one_sided;
+            is_asked && variant.place().is_none() && is_simulated(axis)
+        });
         let farther: Vec<Vec<Node>> = if is_known(shows) {
             axes.iter().map(|&axis| self.known_farther(shows, axis, bench.variants)).collect()
         } else {
@@ -149,12 +153,6 @@ impl Surrogate {
         }
         found
     }
-}
-
-/// Whether it has to be asked how a cause goes on: one of one sign, and any on `rigid` wheels, which grip or give.
-fn goes_on(axis: Axis, variants: &[Variant], rigid: bool) -> bool {
-    let variant = &variants[axis.variant];
-    variant.place().is_none() && (rigid || variant.coordinates[axis.coordinate].one_sided)
 }
 
 fn apart(one: Pose2, other: Pose2) -> f64 {
