@@ -124,7 +124,11 @@ impl Surrogate {
         let first: usize = axes(variants, cases).into_iter().map(|axis| simulations(variants, axis)).sum();
         let total = AtomicUsize::new(jobs.len() + unknown.len() * first);
         let done = AtomicUsize::new(0);
-        let tick = || progress(done.fetch_add(1, Relaxed) + 1, total.load(Relaxed));
+        let tell = |more: usize, did: usize| {
+            let total = total.fetch_add(more, Relaxed) + more;
+            progress(done.fetch_add(did, Relaxed) + did, total);
+        };
+        let tick = || tell(0, 1);
 
         let traces: Vec<((usize, usize), Trace)> = jobs
             .par_iter()
@@ -262,13 +266,9 @@ impl Surrogate {
             surrogate.refused.push(format!("the cause {}: with it, {error}", variants[variant].label()));
         }
         let bench = Bench { model, cases, clusters, variants };
-        let farther = |more: usize, did: usize| {
-            let total = total.fetch_add(more, Relaxed) + more;
-            progress(done.fetch_add(did, Relaxed) + did, total);
-        };
         // A glance takes causes as they begin.
         let give = scene.contact == Contact::Rigid && matches!(candidates, Candidates::All(_));
-        surrogate.look_farther(bench, &unknown, used, give, &farther);
+        surrogate.look_farther(bench, &unknown, used, give, &tell);
         let turns_back = |&axis: &Axis| surrogate.turns_back(axis, &clusters[..used], variants);
         surrogate.even = axes.iter().copied().filter(turns_back).collect();
         surrogate.wavy = axes.into_iter().filter(|&axis| surrogate.is_known_farther(axis, variants)).collect();

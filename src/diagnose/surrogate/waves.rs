@@ -26,10 +26,9 @@ const ASTRAY: f64 = 0.1;
 const UNREAD: f64 = 0.001;
 
 impl Surrogate {
-    /// Simulates what causes do as far as is plausible, in `clusters` of which it is known what they do nearer by. Where
-    /// that is to be is asked of the first clusters only, so many as are `used`: runs that are held out have no say in it.
-    /// Of causes of one sign, and of all on wheels that grip or `give`. `progress` is told how many more simulations there are, and
-    /// how many more are done.
+    /// Simulates what causes do as far as is plausible, those of one sign and, on wheels that grip or `give`, all, in `clusters` of
+    /// which it is known what they do nearer by. Where that is to be is asked of the first clusters only, so many as are `used`: runs
+    /// that are held out have no say in it. `progress` is told how many more simulations there are, and how many more are done.
     pub(super) fn look_farther(
         &mut self,
         bench: Bench<'_>,
