@@ -4,6 +4,7 @@ use super::search::{self, Hypothesis, Ranking, Set};
 use super::surrogate::{Bench, Surrogate};
 use super::variant::{Axis, Variant};
 use super::{DiagnoseError, Study, spots, verdict};
+use std::collections::BTreeSet;
 
 /// Answers that are simulated where they are best.
 const LEADING: usize = 4;
@@ -20,6 +21,8 @@ const NEAREST: f64 = 0.02;
 /// a sum of what causes do alone may be off by.
 const RIVALS: usize = 2;
 const OF_A_SUM: f64 = 30.0;
+/// Causes that lead alone beside which others are simulated all along.
+const ALONE: usize = 3;
 /// Size from which on what a cause does was a guess at first: it is simulated at 1 σ \[σ\].
 const LARGE: f64 = 2.0;
 /// Times that leading answers are simulated on tyres that are in doubt, where that moves them, and how far behind the best those
@@ -55,6 +58,9 @@ impl Study<'_> {
         let mut ranking = first;
         // The stand-in is made exact where the leading answers are, and asked again.
         for round in 0..ROUNDS {
+            if round == 0 && self.look_beside(&ranking) {
+                ranking = self.search(&self.known_variants(), &self.worth_another_look(&ranking));
+            }
             let closer = self.close_in(&ranking, spots::CLOSER.get(round).copied().unwrap_or_default())?;
             let refined = self.refine(&ranking)?;
             if !closer && !refined {
@@ -82,6 +88,21 @@ impl Study<'_> {
             }
         }
         Ok(self.explained(ranking))
+    }
+
+    /// Simulates what does not go on as it begins beside causes that lead alone, where none of them is all that there is; whether
+    /// anything was.
+    fn look_beside(&mut self, ranking: &Ranking) -> bool {
+        let best = ranking.best();
+        if best.set.len() <= ranking.nothing().set.len() + 1 && !verdict::leaves_much(self, best) {
+            return false;
+        }
+        let mut known = BTreeSet::new();
+        let is_other = |h: &&Hypothesis| known.insert(verdict::ids(&h.set, &self.variants));
+        let alone: Vec<Vec<(Axis, f64)>> =
+            singles(ranking).filter(is_other).take(ALONE).map(|h| h.fit.at.clone()).collect();
+        let (surrogate, bench) = self.bench();
+        alone.iter().fold(false, |any, answer| surrogate.look_beside(bench, answer) || any)
     }
 
     /// Whether the model had to be moved so far that causes may act otherwise than it has them.

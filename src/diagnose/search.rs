@@ -3,7 +3,7 @@
 use super::fit::Fit;
 use super::linear::{self, Problem};
 use super::plausible::Plausible;
-use super::variant::{Axis, Variant, moved_to};
+use super::variant::{Axis, Variant};
 use super::verdict;
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rayon::prelude::*;
@@ -338,14 +338,23 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
             }
         }
     }
-    for promise in &mut all {
+    let of_seed = problem.cost(&seed.fit.at);
+    all.par_iter_mut().for_each(|promise| {
         let new: Set = promise.set.difference(&seed.set).copied().collect();
         for axis in axes_of(variants, &new) {
-            let begins_at = |value: f64| moved_to(&promise.starts[0], axis, value);
+            let begins_at = |value: f64| {
+                let mut at = seed.fit.at.clone();
+                at.push((axis, value));
+                at
+            };
             let begun: Vec<_> = problem.surrogate.waves(axis).into_iter().map(begins_at).collect();
+            // A linear look at what does not go on as it begins says little: it promises what it takes away there.
+            let least = begun.iter().map(|at| problem.cost(at)).fold(f64::INFINITY, f64::min);
+            let there = seed.fit.log_evidence + 0.5 * (of_seed - least) + log_prior(variants, &promise.set);
+            promise.log_posterior = promise.log_posterior.max(there);
             promise.starts.extend(begun);
         }
-    }
+    });
     all.sort_by(|a, b| b.log_posterior.total_cmp(&a.log_posterior));
     let mut spots = 0;
     all.retain(|promise| {

@@ -65,7 +65,7 @@ pub(super) fn axes(variants: &[Variant], cases: &[Case]) -> Vec<Axis> {
 }
 
 /// Coordinates of the physical causes and of the terms of a hypothesis that do something, by variant.
-fn at_work(variants: &[Variant], at: &Coordinates) -> BTreeMap<usize, Vec<(Axis, f64)>> {
+pub(super) fn at_work(variants: &[Variant], at: &Coordinates) -> BTreeMap<usize, Vec<(Axis, f64)>> {
     let mut causes: BTreeMap<usize, Vec<(Axis, f64)>> = BTreeMap::new();
     for &(axis, value) in at {
         let variant = &variants[axis.variant];
@@ -350,7 +350,7 @@ impl Surrogate {
     }
 
     /// Takes what answers do beyond their parts anew, where more is known of those.
-    fn apportion(&mut self, bench: Bench<'_>) {
+    pub(super) fn apportion(&mut self, bench: Bench<'_>) {
         let Surrogate { responses, ways, .. } = self;
         for (responses, cluster) in responses.iter_mut().zip(bench.clusters) {
             responses.apportion(&ways[cluster.reference], bench.variants);
@@ -412,8 +412,14 @@ impl Surrogate {
         any
     }
 
-    /// What the simulator says that a hypothesis changes in a cluster beyond what is known of each of its axes.
-    fn beyond_each(&self, bench: Bench<'_>, cluster: usize, at: &Coordinates) -> Result<Vec<Step>, ForwardError> {
+    /// What the simulator says that a hypothesis changes in a cluster beyond what is known of each of its axes, and of each all along
+    /// beside another.
+    pub(super) fn beyond_each(
+        &self,
+        bench: Bench<'_>,
+        cluster: usize,
+        at: &Coordinates,
+    ) -> Result<Vec<Step>, ForwardError> {
         let mut change = self.simulated_change(bench, &bench.clusters[cluster], at)?;
         for (axis, value) in at {
             if let Some(response) = self.responses[cluster].of_axis.get(axis) {
@@ -422,6 +428,7 @@ impl Surrogate {
                 subtract(&mut change, &alone);
             }
         }
+        self.responses[cluster].add_beside(at, -1.0, &mut change);
         Ok(change)
     }
 

@@ -12,11 +12,21 @@ pub(super) struct Responses {
     pub of_axis: BTreeMap<Axis, Response>,
     /// By variants: of causes the lesser first, of a cause and what is in doubt of tyres the cause.
     pub of_pair: BTreeMap<[usize; 2], Interplay>,
+    /// By another cause and what does not go on as it begins.
+    pub beside: BTreeMap<(usize, Axis), Beside>,
     /// Of answers that were simulated at once.
     pub of_all: Vec<Whole>,
 }
 
-/// What two variants do together beyond what each does alone.
+/// What an axis, all along, and another cause do together beyond what each does alone: the more of that cause, the more of it.
+#[derive(Debug, Clone)]
+pub(super) struct Beside {
+    /// Coordinates of the cause where it was simulated.
+    pub at: Vec<f64>,
+    pub response: Response,
+}
+
+/// What two variants do together beyond what each does alone, and what is known of them beside one another.
 #[derive(Debug, Clone)]
 pub(super) struct Interplay {
     /// Coordinates of both where it was simulated.
@@ -39,6 +49,14 @@ pub(super) fn share_of(at: &Coordinates, variant: usize, reference: &[f64]) -> f
     let along = at.iter().filter(|(axis, _)| axis.variant == variant);
     let along: f64 = along.map(|(axis, value)| value * reference[axis.coordinate]).sum();
     along / reference.iter().map(|value| value * value).sum::<f64>()
+}
+
+impl Beside {
+    /// How much of the cause there is at `at`, and where the axis is; nothing where one of them is not at work.
+    fn place(&self, (cause, axis): (usize, Axis), at: &Coordinates) -> Option<(f64, f64)> {
+        let (_, value) = at.iter().find(|(known, value)| *known == axis && *value != 0.0)?;
+        Some((share_of(at, cause, &self.at), *value)).filter(|(share, _)| *share != 0.0)
+    }
 }
 
 impl Interplay {
@@ -241,8 +259,18 @@ impl Responses {
                 response.add(way.along(axis, *value, variants), 1.0, steps);
             }
         }
+        self.add_beside(at, 1.0, steps);
         for (pair, interplay) in &self.of_pair {
             add_times(interplay.share(*pair, at), &interplay.change, steps);
+        }
+    }
+
+    /// Adds, so many times, what axes do all along beside causes of a hypothesis, beyond what each of them does alone.
+    pub fn add_beside(&self, at: &Coordinates, times: f64, steps: &mut [Step]) {
+        for (both, beside) in &self.beside {
+            if let Some((share, value)) = beside.place(*both, at) {
+                beside.response.add(value, times * share, steps);
+            }
         }
     }
 
@@ -288,6 +316,15 @@ impl Responses {
             }
         }
         let is_moved = |variant: &usize| moved.iter().any(|(axis, _)| axis.variant == *variant);
+        for (both, beside) in &self.beside {
+            let [before, now] = [from, to].map(|at| beside.place(*both, at));
+            if before != now {
+                for (place, times) in [(now, 1.0), (before, -1.0)] {
+                    place.into_iter().for_each(|(share, value)| beside.response.add(value, times * share, steps));
+                }
+                is_something = true;
+            }
+        }
         for (pair, interplay) in self.of_pair.iter().filter(|(pair, _)| pair.iter().any(is_moved)) {
             let beyond = interplay.share(*pair, to) - interplay.share(*pair, from);
             add_times(beyond, &interplay.change, steps);
