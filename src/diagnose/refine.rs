@@ -58,7 +58,7 @@ impl Study<'_> {
         let mut ranking = first;
         // The stand-in is made exact where the leading answers are, and asked again.
         for round in 0..ROUNDS {
-            if round == 0 && self.look_beside(&ranking) {
+            if round == 0 && self.couple_all_along(&ranking) {
                 ranking = self.search(&self.known_variants(), &self.worth_another_look(&ranking));
             }
             let closer = self.close_in(&ranking, spots::CLOSER.get(round).copied().unwrap_or_default())?;
@@ -92,17 +92,18 @@ impl Study<'_> {
 
     /// Simulates what does not go on as it begins beside causes that lead alone, where none of them is all that there is; whether
     /// anything was.
-    fn look_beside(&mut self, ranking: &Ranking) -> bool {
+    fn couple_all_along(&mut self, ranking: &Ranking) -> bool {
         let best = ranking.best();
         if best.set.len() <= ranking.nothing().set.len() + 1 && !verdict::leaves_much(self, best) {
             return false;
         }
+        let moves_it = |h: &&Hypothesis| h.set.iter().any(|&index| self.variants[index].is_physical());
         let mut known = BTreeSet::new();
         let is_other = |h: &&Hypothesis| known.insert(verdict::ids(&h.set, &self.variants));
-        let alone: Vec<Vec<(Axis, f64)>> =
-            singles(ranking).filter(is_other).take(ALONE).map(|h| h.fit.at.clone()).collect();
+        let alone = singles(ranking).filter(moves_it).filter(is_other).take(ALONE);
+        let alone: Vec<Vec<(Axis, f64)>> = alone.map(|h| h.fit.at.clone()).collect();
         let (surrogate, bench) = self.bench();
-        alone.iter().fold(false, |any, answer| surrogate.look_beside(bench, answer) || any)
+        alone.iter().fold(false, |any, answer| surrogate.couple_all_along(bench, answer) || any)
     }
 
     /// Whether the model had to be moved so far that causes may act otherwise than it has them.

@@ -342,11 +342,7 @@ fn promises(problem: &Problem<'_>, allowed: &[usize], seed: &Hypothesis) -> Vec<
     all.par_iter_mut().for_each(|promise| {
         let new: Set = promise.set.difference(&seed.set).copied().collect();
         for axis in axes_of(variants, &new) {
-            let begins_at = |value: f64| {
-                let mut at = seed.fit.at.clone();
-                at.push((axis, value));
-                at
-            };
+            let begins_at = |value: f64| [seed.fit.at.as_slice(), &[(axis, value)]].concat();
             let begun: Vec<_> = problem.surrogate.waves(axis).into_iter().map(begins_at).collect();
             // A linear look at what does not go on as it begins says little: it promises what it takes away there.
             let least = begun.iter().map(|at| problem.cost(at)).fold(f64::INFINITY, f64::min);

@@ -350,7 +350,7 @@ impl Surrogate {
     }
 
     /// Takes what answers do beyond their parts anew, where more is known of those.
-    pub(super) fn apportion(&mut self, bench: Bench<'_>) {
+    fn apportion(&mut self, bench: Bench<'_>) {
         let Surrogate { responses, ways, .. } = self;
         for (responses, cluster) in responses.iter_mut().zip(bench.clusters) {
             responses.apportion(&ways[cluster.reference], bench.variants);

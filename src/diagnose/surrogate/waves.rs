@@ -6,9 +6,11 @@
 //! step, and other causes are called for to make good what it leaves. So causes of one sign, which are those of the drivetrain and of
 //! the encoders, and all causes on rigid wheels, which grip or give, are simulated as far as is plausible; where one does something
 //! else there than was foretold, the way there is simulated ever more closely, until it does what is foretold, and fits begin at each
-//! place (`search`).
+//! place (`search`). Which wheel gives hangs on what else moves the robot, too: axles that differ turn it one way alone and the other
+//! way beside unequal wheels. So what does not go on as it begins is simulated all along beside each cause that leads alone
+//! (`refine`).
 
-use super::response::{Beside, Node, Response, share_of};
+use super::response::{Beside, Node, Response};
 use super::{Bench, Surrogate, exact};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::variant::{Axis, Coordinates, Variant};
@@ -24,9 +26,6 @@ const APART: f64 = 0.2;
 /// any survey reads \[m\].
 const ASTRAY: f64 = 0.1;
 const UNREAD: f64 = 0.001;
-/// What a cause does beside another that is so near to where it was simulated is known, relative.
-const NEAR_BY: f64 = 0.5;
-
 impl Surrogate {
     /// Simulates what causes do as far as is plausible, those of one sign and, on wheels that grip or `give`, all, in `clusters` of
     /// which it is known what they do nearer by. Where that is to be is asked of the first clusters only, so many as are `used`: runs
@@ -82,51 +81,38 @@ impl Surrogate {
         }
     }
 
-    /// Simulates what causes that do not go on as they begin do, all along, beside each cause of an answer, where that is not known
-    /// nearby: which wheel gives hangs on what else moves them. Whether anything was.
-    pub fn look_beside(&mut self, bench: Bench<'_>, answer: &Coordinates) -> bool {
-        let mut wanted: Vec<(usize, usize, Vec<(Axis, f64)>, Axis)> = Vec::new();
-        let at_work = exact::at_work(bench.variants, answer).into_iter();
-        for (other, there) in at_work.filter(|(variant, _)| bench.variants[*variant].is_cause()) {
-            let is_near = |known: &Beside| (share_of(&there, other, &known.at) - 1.0).abs() < NEAR_BY;
-            for &axis in self.wavy.iter().filter(|axis| axis.variant != other) {
-                for (cluster, responses) in self.responses.iter().enumerate() {
-                    let is_concerned =
-                        there.iter().chain([&(axis, 0.0)]).all(|(axis, _)| responses.of_axis.contains_key(axis));
-                    // What two such causes do together is known along one of them.
-                    let is_other_way_round =
-                        |(cause, along): &(usize, Axis)| *cause == axis.variant && along.variant == other;
-                    let is_known = responses.beside.get(&(other, axis)).is_some_and(is_near)
-                        || responses.beside.keys().any(is_other_way_round);
-                    if is_concerned && !is_known {
-                        wanted.push((cluster, other, there.clone(), axis));
-                    }
-                }
+    /// Simulates what causes that do not go on as they begin do, all along, beside each cause of an answer. Whether anything was.
+    pub fn couple_all_along(&mut self, bench: Bench<'_>, answer: &Coordinates) -> bool {
+        let causes = exact::at_work(bench.variants, answer);
+        let mut wanted: Vec<(usize, usize, Axis)> = Vec::new();
+        for (cluster, responses) in self.responses.iter().enumerate() {
+            let is_concerned = |axis: &Axis| responses.of_axis.contains_key(axis);
+            for (&cause, _) in causes.iter().filter(|(_, at)| at.iter().all(|(axis, _)| is_concerned(axis))) {
+                // What two such causes do together is known along one of them.
+                let is_known = |axis: &Axis| {
+                    let both = |(of, along): &(usize, Axis)| [*of, along.variant];
+                    let own = [cause, axis.variant];
+                    responses.beside.keys().map(both).any(|both| both == own || both == [own[1], own[0]])
+                };
+                let others = self.wavy.iter().filter(|axis| axis.variant != cause && is_concerned(axis));
+                wanted.extend(others.filter(|axis| !is_known(axis)).map(|&axis| (cluster, cause, axis)));
             }
         }
-        // What was known of them beside one another farther off is known anew.
-        for (cluster, other, _, axis) in &wanted {
-            let responses = &mut self.responses[*cluster];
-            responses.beside.remove(&(*other, *axis));
-            responses.of_pair.remove(&[axis.variant.min(*other), axis.variant.max(*other)]);
-        }
-        let all_along = |(cluster, other, there, axis): &(usize, usize, Vec<(Axis, f64)>, Axis)| {
+        let all_along = |&(cluster, cause, axis): &(usize, usize, Axis)| {
+            let there = &causes[&cause];
             // Where the robot cannot be driven, nothing is known.
             let together = |value: f64| {
-                let both = [there.as_slice(), &[(*axis, value)]].concat();
-                Some(Node::own(value, self.beyond_each(bench, *cluster, &both).ok()?))
+                let both = [there.as_slice(), &[(axis, value)]].concat();
+                Some(Node::own(value, self.beyond_each(bench, cluster, &both).ok()?))
             };
-            let nodes: Vec<Node> = self.waves(*axis).into_par_iter().filter_map(together).collect();
+            let nodes: Vec<Node> = self.waves(axis).into_par_iter().filter_map(together).collect();
             let at = there.iter().map(|(_, value)| *value).collect();
-            (*cluster, (*other, *axis), Beside { at, response: Response::smooth(nodes) })
+            (!nodes.is_empty()).then(|| (cluster, (cause, axis), Beside { at, response: Response::smooth(nodes) }))
         };
-        let simulated: Vec<_> = wanted.par_iter().map(all_along).collect();
+        let simulated: Vec<_> = wanted.par_iter().filter_map(all_along).collect();
         let any = !simulated.is_empty();
         for (cluster, both, beside) in simulated {
             self.responses[cluster].beside.insert(both, beside);
-        }
-        if any {
-            self.apportion(bench);
         }
         any
     }
