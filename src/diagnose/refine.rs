@@ -90,11 +90,12 @@ impl Study<'_> {
         Ok(self.explained(ranking))
     }
 
-    /// Simulates what does not go on as it begins beside causes that lead alone, where none of them is all that there is; whether
-    /// anything was.
+    /// Simulates what does not go on as it begins beside causes that lead alone, where the best answer leaves much or is a long
+    /// list; whether anything was.
     fn couple_all_along(&mut self, ranking: &Ranking) -> bool {
         let best = ranking.best();
-        if best.set.len() <= ranking.nothing().set.len() + 1 && !verdict::leaves_much(self, best) {
+        let is_long = best.set.len() >= ranking.nothing().set.len() + LONG_LIST;
+        if !is_long && !verdict::leaves_much(self, best) {
             return false;
         }
         let moves_it = |h: &&Hypothesis| h.set.iter().any(|&index| self.variants[index].is_physical());

@@ -26,6 +26,8 @@ pub(in crate::diagnose) fn nodes(variant: &Variant, coordinate: Coordinate) -> V
 
 /// Products of two causes' sizes that are nearer than this to what was simulated need no other, relative.
 const NEAR_BY: f64 = 0.15;
+/// The same of causes one of which was simulated all along beside the other, for what they do together changes with it.
+const NEAR_BY_ALL_ALONG: f64 = 0.02;
 /// The same of a cause on tyres that are in doubt: how much of it hangs on them changes little with its size.
 const NEAR_BY_ON_TYRES: f64 = 0.5;
 /// Parts of an answer up to which what each two of them do together is simulated. Of more there are too many, and what all do
@@ -311,7 +313,8 @@ impl Surrogate {
                 .collect();
             for (position, &one) in concerned.iter().enumerate() {
                 for &other in &concerned[position + 1..] {
-                    let is_near = |known: &Interplay| (known.share([one, other], at) - 1.0).abs() < NEAR_BY;
+                    let near = if responses.is_beside([one, other]) { NEAR_BY_ALL_ALONG } else { NEAR_BY };
+                    let is_near = |known: &Interplay| (known.share([one, other], at) - 1.0).abs() < near;
                     if !responses.of_pair.get(&[one, other]).is_some_and(is_near) {
                         wanted.push((index, [one, other]));
                     }

@@ -265,6 +265,12 @@ impl Responses {
         }
     }
 
+    /// Whether one of two variants was simulated all along beside the other.
+    pub fn is_beside(&self, [one, other]: [usize; 2]) -> bool {
+        let both = |(cause, axis): &(usize, Axis)| [*cause, axis.variant];
+        self.beside.keys().map(both).any(|both| both == [one, other] || both == [other, one])
+    }
+
     /// Adds, so many times, what axes do all along beside causes of a hypothesis, beyond what each of them does alone.
     pub fn add_beside(&self, at: &Coordinates, times: f64, steps: &mut [Step]) {
         for (both, beside) in &self.beside {

@@ -89,13 +89,9 @@ impl Surrogate {
             let is_concerned = |axis: &Axis| responses.of_axis.contains_key(axis);
             for (&cause, _) in causes.iter().filter(|(_, at)| at.iter().all(|(axis, _)| is_concerned(axis))) {
                 // What two such causes do together is known along one of them.
-                let is_known = |axis: &Axis| {
-                    let both = |(of, along): &(usize, Axis)| [*of, along.variant];
-                    let own = [cause, axis.variant];
-                    responses.beside.keys().map(both).any(|both| both == own || both == [own[1], own[0]])
-                };
-                let others = self.wavy.iter().filter(|axis| axis.variant != cause && is_concerned(axis));
-                wanted.extend(others.filter(|axis| !is_known(axis)).map(|&axis| (cluster, cause, axis)));
+                let is_new = |axis: &&Axis| axis.variant != cause && !responses.is_beside([cause, axis.variant]);
+                let others = self.wavy.iter().filter(is_new).filter(|axis| is_concerned(axis));
+                wanted.extend(others.map(|&axis| (cluster, cause, axis)));
             }
         }
         let all_along = |&(cluster, cause, axis): &(usize, usize, Axis)| {
