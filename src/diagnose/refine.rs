@@ -104,7 +104,11 @@ impl Study<'_> {
         let alone = singles(ranking).filter(moves_it).filter(is_other).take(ALONE);
         let alone: Vec<Vec<(Axis, f64)>> = alone.map(|h| h.fit.at.clone()).collect();
         let (surrogate, bench) = self.bench();
-        alone.iter().fold(false, |any, answer| surrogate.couple_all_along(bench, answer) || any)
+        let mut any = false;
+        for answer in &alone {
+            any |= surrogate.couple_all_along(bench, answer);
+        }
+        any
     }
 
     /// Whether the model had to be moved so far that causes may act otherwise than it has them.
