@@ -1,9 +1,11 @@
 //! The stand-in made exact where the leading answers are, and asked again.
 
+use super::forward::ForwardModel;
 use super::search::{self, Hypothesis, Ranking, Set};
 use super::surrogate::{Bench, Surrogate};
 use super::variant::{Axis, Variant};
 use super::{DiagnoseError, Study, spots, verdict};
+use crate::scene::Contact;
 use std::collections::BTreeSet;
 
 /// Answers that are simulated where they are best.
@@ -90,12 +92,13 @@ impl Study<'_> {
         Ok(self.explained(ranking))
     }
 
-    /// Simulates what does not go on as it begins beside causes that lead alone, where the best answer leaves much or is a long
-    /// list; whether anything was.
+    /// Simulates what does not go on as it begins beside causes that lead alone, where wheels grip or give and the best answer leaves
+    /// much or is a long list; whether anything was.
     fn couple_all_along(&mut self, ranking: &Ranking) -> bool {
         let best = ranking.best();
         let is_long = best.set.len() >= ranking.nothing().set.len() + LONG_LIST;
-        if !is_long && !verdict::leaves_much(self, best) {
+        let in_doubt = is_long || verdict::leaves_much(self, best);
+        if !in_doubt || self.model.scene().contact != Contact::Rigid {
             return false;
         }
         let moves_it = |h: &&Hypothesis| h.set.iter().any(|&index| self.variants[index].is_physical());

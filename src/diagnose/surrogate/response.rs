@@ -26,7 +26,7 @@ pub(super) struct Beside {
     pub response: Response,
 }
 
-/// What two variants do together beyond what each does alone, and what is known of them beside one another.
+/// What two variants do together beyond what each does alone, or all along beside the other.
 #[derive(Debug, Clone)]
 pub(super) struct Interplay {
     /// Coordinates of both where it was simulated.

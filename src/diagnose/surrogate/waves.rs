@@ -26,6 +26,7 @@ const APART: f64 = 0.2;
 /// any survey reads \[m\].
 const ASTRAY: f64 = 0.1;
 const UNREAD: f64 = 0.001;
+
 impl Surrogate {
     /// Simulates what causes do as far as is plausible, those of one sign and, on wheels that grip or `give`, all, in `clusters` of
     /// which it is known what they do nearer by. Where that is to be is asked of the first clusters only, so many as are `used`: runs
@@ -88,9 +89,10 @@ impl Surrogate {
         for (cluster, responses) in self.responses.iter().enumerate() {
             let is_concerned = |axis: &Axis| responses.of_axis.contains_key(axis);
             for (&cause, _) in causes.iter().filter(|(_, at)| at.iter().all(|(axis, _)| is_concerned(axis))) {
-                // What two such causes do together is known along one of them.
-                let is_new = |axis: &&Axis| axis.variant != cause && !responses.is_beside([cause, axis.variant]);
-                let others = self.wavy.iter().filter(is_new).filter(|axis| is_concerned(axis));
+                // What two such causes do together is known along one of them; what changes by the hour each run has more or less of.
+                let is_new = |axis: &Axis| axis.variant != cause && !responses.is_beside([cause, axis.variant]);
+                let is_steady = |axis: &Axis| !bench.variants[axis.variant].coordinates[axis.coordinate].hourly;
+                let others = self.wavy.iter().filter(|axis| is_concerned(axis) && is_new(axis) && is_steady(axis));
                 wanted.extend(others.map(|&axis| (cluster, cause, axis)));
             }
         }
