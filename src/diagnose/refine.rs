@@ -58,11 +58,11 @@ impl Study<'_> {
     /// Causes by evidence, the leading ones simulated where they are best.
     pub(super) fn refined(&mut self, first: Ranking) -> Result<Ranking, DiagnoseError> {
         let mut ranking = first;
+        if self.couple_all_along(&ranking) {
+            ranking = self.search(&self.known_variants(), &self.worth_another_look(&ranking));
+        }
         // The stand-in is made exact where the leading answers are, and asked again.
         for round in 0..ROUNDS {
-            if round == 0 && self.couple_all_along(&ranking) {
-                ranking = self.search(&self.known_variants(), &self.worth_another_look(&ranking));
-            }
             let closer = self.close_in(&ranking, spots::CLOSER.get(round).copied().unwrap_or_default())?;
             let refined = self.refine(&ranking)?;
             if !closer && !refined {
