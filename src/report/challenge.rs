@@ -3,20 +3,25 @@
 use super::text::{Style, table};
 use crate::experiment::{Call, Interval, Score, Scored, Tally};
 use serde_json::{Value, json};
+use statrs::function::beta::inv_beta_reg;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// 95 % Wilson interval of `hits` of `of` [Wilson 1927, *JASA* 22].
+/// 95 % interval of the chance of which `hits` of `of` came, exact: it covers at least as often as it says
+/// [Clopper, Pearson 1934, *Biometrika* 26].
 pub fn binomial(hits: usize, of: usize) -> [f64; 2] {
-    const Z: f64 = 1.959_964;
-    if of == 0 {
-        return [0.0, 1.0];
-    }
-    let (n, p) = (of as f64, hits as f64 / of as f64);
-    let middle = p + Z * Z / (2.0 * n);
-    let half = Z * (p * (1.0 - p) / n + Z * Z / (4.0 * n * n)).sqrt();
-    let over = 1.0 + Z * Z / n;
-    [((middle - half) / over).max(0.0), ((middle + half) / over).min(1.0)]
+    const BEYOND: f64 = 0.025;
+    let [n, other] = [hits, of - hits].map(|count| count as f64);
+    [
+        if hits == 0 { 0.0 } else { inv_beta_reg(n, other + 1.0, BEYOND) },
+        if hits == of { 1.0 } else { inv_beta_reg(n + 1.0, other, 1.0 - BEYOND) },
+    ]
+}
+
+/// "90.4 % (83.5 to 95.1 %)".
+fn share(hits: usize, of: usize) -> String {
+    let [low, high] = binomial(hits, of).map(|share| 100.0 * share);
+    format!("{:.1} % ({low:.1} to {high:.1} %)", 100.0 * hits as f64 / of.max(1) as f64)
 }
 
 /// Draws of which silence, or one of two effects alone, would be a miss, and those that have their truth in the answer.
@@ -69,6 +74,9 @@ impl CalledFor {
     fn words(self, who: &str) -> String {
         let CalledFor { draws, answered, of_two } = self;
         let mut words = format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs");
+        if draws > 0 {
+            let _ = write!(words, ", {}", share(answered, draws));
+        }
         if let Some(OfTwo { stand, at_best, at_best_as_told }) = of_two {
             let _ = write!(words, ", {stand} have both effects within odds of 50 to 1 of it");
             let _ = write!(words, ", and under noise the oracle's evidence would name both in {at_best:.1}");
@@ -245,12 +253,13 @@ pub fn text(score: &Score) -> String {
     let _ = writeln!(out, "{totals}");
     let _ = writeln!(
         out,
-        "named {}, where an oracle could name {}; 95 % intervals cover {} of {}; smallest detectable sizes within a factor \
+        "named {}, where an oracle could name {}; 95 % intervals cover {} of {}, {}; smallest detectable sizes within a factor \
          of two of the oracle's: {} of {}; {}; mean set {:.2} (oracle {:.2}); regret {:.2}; {:.1} s a diagnosis",
         score.count(Tally::Named) + score.count(Tally::BothExact),
         score.oracle_nameable,
         sums.covered[0],
         sums.covered[1],
+        share(sums.covered[0], sums.covered[1]),
         sums.detectable[0],
         sums.detectable[1],
         sums.gains(),
@@ -321,5 +330,41 @@ fn words(tally: Tally) -> &'static str {
         Tally::BothExact => "both, each alone",
         Tally::BothInSets => "both, in sets",
         Tally::Unexplained => "unexplained or mimic",
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::binomial;
+
+    /// Where nothing of n came the bound is in closed form, and both ways round are one.
+    #[test]
+    fn bounds_of_nothing_and_of_all_are_in_closed_form() {
+        for of in [1, 20, 152] {
+            let [low, high] = binomial(0, of);
+            assert_eq!(low, 0.0);
+            assert!((high - (1.0 - 0.025_f64.powf(1.0 / of as f64))).abs() < 1e-9, "{high} of {of}");
+            let [of_all, one] = binomial(of, of);
+            assert!((of_all - (1.0 - high)).abs() < 1e-9 && one == 1.0);
+        }
+        assert_eq!(binomial(0, 0), [0.0, 1.0]);
+    }
+
+    /// Whatever the chance is, the interval misses it in a fortieth of cases at most on either side.
+    #[test]
+    fn intervals_cover_at_least_as_often_as_they_say() {
+        const DRAWS: usize = 30;
+        for chance in (1..100).map(|percent| f64::from(percent) / 100.0) {
+            let odds = chance / (1.0 - chance);
+            let mut of_count = (1.0 - chance).powi(DRAWS as i32);
+            let (mut above, mut below) = (0.0, 0.0);
+            for hits in 0..=DRAWS {
+                let [low, high] = binomial(hits, DRAWS);
+                above += if chance < low { of_count } else { 0.0 };
+                below += if high < chance { of_count } else { 0.0 };
+                of_count *= odds * (DRAWS - hits) as f64 / (hits + 1) as f64;
+            }
+            assert!(above <= 0.025 && below <= 0.025, "{above} above {chance}, {below} below");
+        }
     }
 }
