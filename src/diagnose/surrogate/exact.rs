@@ -400,9 +400,6 @@ impl Surrogate {
         }
         let mut alone: Vec<(usize, (Axis, f64))> = wanted.iter().map(|&(cluster, _, tyres)| (cluster, tyres)).collect();
         alone.retain(|(cluster, (tyres, _))| !self.on_tyres.contains_key(&(*cluster, tyres.variant)));
-        // However much cylinders grip, all alike, they turn a robot as they do: what friction does to a replay of counts that fight is
-        // not in a model that was fitted to others.
-        alone.retain(|_| bench.model.scene().contact != Contact::Rigid);
         alone.sort_by_key(|(cluster, (tyres, _))| (*cluster, *tyres));
         alone.dedup();
         let simulated: Vec<_> = alone
@@ -413,13 +410,15 @@ impl Surrogate {
             })
             .collect::<Result<_, ForwardError>>()?;
         self.on_tyres.extend(simulated);
+        let is_rigid = bench.model.scene().contact == Contact::Rigid;
         let together = |&(cluster, cause, (tyres, value)): &(usize, usize, (Axis, f64))| {
             let there = &causes[&cause];
             let both = [there.as_slice(), &[(tyres, value)]].concat();
             let mut simulated = self.simulated_change(bench, &bench.clusters[cluster], &both)?;
-            // What tyres do alone is in the model as it was fitted.
-            if let Some(alone) = self.on_tyres.get(&(cluster, tyres.variant)) {
-                subtract(&mut simulated, alone);
+            // What tyres do alone is in the model as it was fitted. But however much cylinders grip, all alike, they turn a robot as they
+            // do: what friction does to a replay of counts that fight, without what makes them fight, is in no model.
+            if !(is_rigid && self.has_waves(cause)) {
+                subtract(&mut simulated, &self.on_tyres[&(cluster, tyres.variant)]);
             }
             let at = [there.iter().map(|(_, value)| *value).collect(), vec![value]];
             Ok((cluster, [cause, tyres.variant], Interplay { at, simulated, beyond: Vec::new() }))

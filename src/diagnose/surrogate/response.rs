@@ -31,7 +31,7 @@ pub(super) struct Beside {
 pub(super) struct Interplay {
     /// Coordinates of both where it was simulated.
     pub at: [Vec<f64>; 2],
-    /// What both change in all.
+    /// What both change in all, of tyres beyond what is in the model as it was fitted.
     pub simulated: Vec<Step>,
     pub beyond: Vec<Step>,
 }
