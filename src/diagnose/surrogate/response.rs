@@ -31,9 +31,7 @@ pub(super) struct Beside {
 pub(super) struct Interplay {
     /// Coordinates of both where it was simulated.
     pub at: [Vec<f64>; 2],
-    /// What both change in all, of tyres beyond what is in the model as it was fitted.
-    pub simulated: Vec<Step>,
-    pub beyond: Vec<Step>,
+    pub change: Vec<Step>,
 }
 
 /// What all that is in an answer does together beyond what each and each two of it do.
@@ -67,10 +65,6 @@ impl Interplay {
         let of_one = share_of(at, one, &self.at[0]);
         if of_one == 0.0 { 0.0 } else { of_one * share_of(at, other, &self.at[1]) }
     }
-
-    fn coordinates(&self, pair: [usize; 2]) -> Vec<(Axis, f64)> {
-        pair.iter().zip(&self.at).flat_map(|(variant, values)| along(*variant, values)).collect()
-    }
 }
 
 impl Whole {
@@ -81,12 +75,12 @@ impl Whole {
     }
 
     fn coordinates(&self) -> Vec<(Axis, f64)> {
-        self.at.iter().flat_map(|(variant, values)| along(*variant, values)).collect()
+        let along = |(variant, values): (&usize, &Vec<f64>)| -> Vec<(Axis, f64)> {
+            let axis = |coordinate| Axis { variant: *variant, coordinate };
+            values.iter().enumerate().map(|(coordinate, value)| (axis(coordinate), *value)).collect()
+        };
+        self.at.iter().flat_map(along).collect()
     }
-}
-
-fn along(variant: usize, values: &[f64]) -> impl Iterator<Item = (Axis, f64)> {
-    values.iter().enumerate().map(move |(coordinate, value)| (Axis { variant, coordinate }, *value))
 }
 
 /// A coordinate, and what the simulator says that it changes.
@@ -260,20 +254,15 @@ impl Responses {
 
     /// The same of each cause and each two of them.
     fn add_parts(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
-        self.add_each(at, way, variants, steps);
-        for (pair, interplay) in &self.of_pair {
-            add_times(interplay.share(*pair, at), &interplay.beyond, steps);
-        }
-    }
-
-    /// The same of each cause, alone and all along beside others.
-    fn add_each(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
         for (axis, value) in at {
             if let Some(response) = self.of_axis.get(axis) {
                 response.add(way.along(axis, *value, variants), 1.0, steps);
             }
         }
         self.add_beside(at, 1.0, steps);
+        for (pair, interplay) in &self.of_pair {
+            add_times(interplay.share(*pair, at), &interplay.change, steps);
+        }
     }
 
     /// Whether one of two variants was simulated all along beside the other.
@@ -301,16 +290,8 @@ impl Responses {
         })
     }
 
-    /// Takes what pairs and answers do beyond their parts anew, where more is known of those.
+    /// Takes what answers do beyond their parts anew, where more is known of those.
     pub fn apportion(&mut self, way: &Way, variants: &[Variant]) {
-        let mut pairs = std::mem::take(&mut self.of_pair);
-        for (pair, interplay) in &mut pairs {
-            let mut parts = vec![[0.0; 3]; interplay.simulated.len()];
-            self.add_each(&interplay.coordinates(*pair), way, variants, &mut parts);
-            interplay.beyond.clone_from(&interplay.simulated);
-            subtract(&mut interplay.beyond, &parts);
-        }
-        self.of_pair = pairs;
         let mut all = std::mem::take(&mut self.of_all);
         for whole in &mut all {
             let mut parts = vec![[0.0; 3]; whole.simulated.len()];
@@ -352,7 +333,7 @@ impl Responses {
         }
         for (pair, interplay) in self.of_pair.iter().filter(|(pair, _)| pair.iter().any(is_moved)) {
             let beyond = interplay.share(*pair, to) - interplay.share(*pair, from);
-            add_times(beyond, &interplay.beyond, steps);
+            add_times(beyond, &interplay.change, steps);
             is_something |= beyond != 0.0;
         }
         let [before, now] = [from, to].map(|at| self.most_of(at));
