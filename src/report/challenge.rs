@@ -18,10 +18,13 @@ pub fn binomial(hits: usize, of: usize) -> [f64; 2] {
     ]
 }
 
-/// "90.4 % (83.5 to 95.1 %)".
+/// ", 90.4 % (83.5 to 95.1 %)"; nothing is said of none.
 fn share(hits: usize, of: usize) -> String {
+    if of == 0 {
+        return String::new();
+    }
     let [low, high] = binomial(hits, of).map(|share| 100.0 * share);
-    format!("{:.1} % ({low:.1} to {high:.1} %)", 100.0 * hits as f64 / of.max(1) as f64)
+    format!(", {:.1} % ({low:.1} to {high:.1} %)", 100.0 * hits as f64 / of as f64)
 }
 
 /// Draws of which silence, or one of two effects alone, would be a miss, and those that have their truth in the answer.
@@ -73,10 +76,9 @@ impl CalledFor {
     /// In words: `who` calls for an answer.
     fn words(self, who: &str) -> String {
         let CalledFor { draws, answered, of_two } = self;
-        let mut words = format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs");
-        if draws > 0 {
-            let _ = write!(words, ", {}", share(answered, draws));
-        }
+        let share = share(answered, draws);
+        let mut words =
+            format!("{who} calls for an answer in {draws} draws: {answered} have the truth in theirs{share}");
         if let Some(OfTwo { stand, at_best, at_best_as_told }) = of_two {
             let _ = write!(words, ", {stand} have both effects within odds of 50 to 1 of it");
             let _ = write!(words, ", and under noise the oracle's evidence would name both in {at_best:.1}");
@@ -253,7 +255,7 @@ pub fn text(score: &Score) -> String {
     let _ = writeln!(out, "{totals}");
     let _ = writeln!(
         out,
-        "named {}, where an oracle could name {}; 95 % intervals cover {} of {}, {}; smallest detectable sizes within a factor \
+        "named {}, where an oracle could name {}; 95 % intervals cover {} of {}{}; smallest detectable sizes within a factor \
          of two of the oracle's: {} of {}; {}; mean set {:.2} (oracle {:.2}); regret {:.2}; {:.1} s a diagnosis",
         score.count(Tally::Named) + score.count(Tally::BothExact),
         score.oracle_nameable,
