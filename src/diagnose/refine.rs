@@ -17,7 +17,7 @@ const AS_A_WHOLE: usize = 8;
 /// Distance from what was simulated beyond which an answer is simulated where it is \[σ\].
 const NEAR: f64 = 0.15;
 const NEAR_FOR_SPOTS: f64 = 0.1;
-/// The same of large causes at least, however sharp the data are.
+/// The same at least, however sharp the data are.
 const NEAREST: f64 = 0.02;
 /// Answers that have one other cause than the best which are simulated as it is, and how far behind it they may be, for that is what
 /// a sum of what causes do alone may be off by.
@@ -421,14 +421,16 @@ impl Study<'_> {
         places(answer).all(|place| self.is_known(place)) && self.surrogate.knows_all(&self.variants, &answer.fit.at)
     }
 
-    /// Whether an axis was simulated about there, if it has to be: of a large cause, which was simulated here and there only,
-    /// as near as the data tell.
+    /// Whether an axis was simulated about there, if it has to be: of a large cause, which was simulated here and there only, and of
+    /// one that does not go on as it begins, as near as the data tell.
     fn is_known(&self, Place { axis, value, std_dev }: Place) -> bool {
         let variant = &self.variants[axis.variant];
         let plausible = variant.coordinates[axis.coordinate].std_dev;
         let near = match variant.place() {
             Some(_) => NEAR_FOR_SPOTS,
-            None if value.abs() > LARGE * plausible => (std_dev / plausible).clamp(NEAREST, NEAR),
+            None if value.abs() > LARGE * plausible || self.surrogate.is_wavy(axis) => {
+                (std_dev / plausible).clamp(NEAREST, NEAR)
+            }
             None => NEAR,
         };
         !is_simulated(variant) || self.surrogate.nearest_node(axis, value, &self.variants) <= near * plausible

@@ -8,7 +8,7 @@ use crate::diagnose::spots;
 use crate::diagnose::variant::{Axis, Coordinate, Coordinates, Variant, edited};
 use crate::diagnose::way::{Step, each, length, steps_along, subtract};
 use crate::geometry::Trace;
-use crate::scene::SpottedFloor;
+use crate::scene::{Contact, SpottedFloor};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
@@ -26,8 +26,8 @@ pub(in crate::diagnose) fn nodes(variant: &Variant, coordinate: Coordinate) -> V
 
 /// Products of two causes' sizes that are nearer than this to what was simulated need no other, relative.
 const NEAR_BY: f64 = 0.15;
-/// The same of causes one of which was simulated all along beside the other, for what they do together changes with it.
-const NEAR_BY_ALL_ALONG: f64 = 0.02;
+/// The same of each, where one does not go on as it begins.
+pub(super) const NEAR_BY_IN_WAVES: f64 = 0.02;
 /// The same of a cause on tyres that are in doubt: how much of it hangs on them changes little with its size.
 const NEAR_BY_ON_TYRES: f64 = 0.5;
 /// Parts of an answer up to which what each two of them do together is simulated. Of more there are too many, and what all do
@@ -39,8 +39,9 @@ const MORE_THAN_PAIRS: usize = 3;
 const CLOSE: f64 = 0.5;
 /// Share that what was taken to happen far from what was simulated may be off by before it is simulated halfway there as well.
 const ASTRAY: f64 = 0.1;
-/// Values nearer than this to one another need not both be simulated \[σ\].
-const SAME: f64 = 0.1;
+/// Values nearer than this to one another need not both be simulated \[σ\], and those of what does not go on as it begins.
+pub(super) const SAME: f64 = 0.1;
+pub(super) const SAME_IN_WAVES: f64 = 0.03;
 /// Values at which a spot is simulated, and at which a leading one is besides, in σ about its mean.
 const SPOT_NODES: [f64; 3] = [-0.75, 0.0, 0.75];
 const SPOT_GRID: [f64; 8] = [1.25, 0.25, -0.25, -0.5, -1.0, -1.5, -2.0, -2.5];
@@ -80,15 +81,6 @@ pub(super) fn at_work(variants: &[Variant], at: &Coordinates) -> BTreeMap<usize,
         |(axis, value): &(Axis, f64)| value.abs() > SAME * variants[axis.variant].coordinates[axis.coordinate].std_dev;
     causes.retain(|_, at| at.iter().any(is_something));
     causes
-}
-
-/// Whether an answer was simulated at once near where its causes are.
-fn is_near(variants: &[Variant], whole: &Whole, causes: &BTreeMap<usize, Vec<(Axis, f64)>>) -> bool {
-    let is_near = |(axis, value): &(Axis, f64)| {
-        let near = SAME * variants[axis.variant].coordinates[axis.coordinate].std_dev;
-        (whole.at[&axis.variant][axis.coordinate] - value).abs() < near
-    };
-    whole.at.keys().eq(causes.keys()) && causes.values().flatten().all(is_near)
 }
 
 impl Surrogate {
@@ -288,7 +280,8 @@ impl Surrogate {
     /// Whether what all that is in an answer does at once is known nearby.
     pub fn knows_all(&self, variants: &[Variant], at: &Coordinates) -> bool {
         let causes = at_work(variants, at);
-        let is_known = |responses: &Responses| responses.of_all.iter().any(|whole| is_near(variants, whole, &causes));
+        let is_known =
+            |responses: &Responses| responses.of_all.iter().any(|whole| self.is_near(variants, whole, &causes));
         causes.len() < MORE_THAN_PAIRS || self.responses.iter().all(is_known)
     }
 
@@ -299,11 +292,27 @@ impl Surrogate {
         causes.len() < MORE_THAN_PAIRS || self.responses.iter().all(|it| it.of_all.iter().any(is_of_it))
     }
 
+    /// Whether an answer was simulated at once near where its causes are.
+    fn is_near(&self, variants: &[Variant], whole: &Whole, causes: &BTreeMap<usize, Vec<(Axis, f64)>>) -> bool {
+        let is_near = |(axis, value): &(Axis, f64)| {
+            let same = if self.is_wavy(*axis) { SAME_IN_WAVES } else { SAME };
+            let near = same * variants[axis.variant].coordinates[axis.coordinate].std_dev;
+            (whole.at[&axis.variant][axis.coordinate] - value).abs() < near
+        };
+        whole.at.keys().eq(causes.keys()) && causes.values().flatten().all(is_near)
+    }
+
+    /// Whether a cause does not go on as it begins, along any of its coordinates.
+    fn has_waves(&self, variant: usize) -> bool {
+        self.wavy.iter().any(|axis| axis.variant == variant)
+    }
+
     fn couple_pairs(&mut self, bench: Bench<'_>, at: &Coordinates) -> Result<bool, ForwardError> {
         let causes = at_work(bench.variants, at);
         if causes.len() > IN_PAIRS {
             return Ok(false);
         }
+        let along = self.couple_along(bench, at)?;
         let mut wanted: Vec<(usize, [usize; 2])> = Vec::new();
         for (index, responses) in self.responses.iter().enumerate() {
             let concerned: Vec<usize> = causes
@@ -313,10 +322,19 @@ impl Surrogate {
                 .collect();
             for (position, &one) in concerned.iter().enumerate() {
                 for &other in &concerned[position + 1..] {
-                    let near = if responses.is_beside([one, other]) { NEAR_BY_ALL_ALONG } else { NEAR_BY };
-                    let is_near = |known: &Interplay| (known.share([one, other], at) - 1.0).abs() < near;
-                    if !responses.of_pair.get(&[one, other]).is_some_and(is_near) {
-                        wanted.push((index, [one, other]));
+                    let pair = [one, other];
+                    let is_near = |known: &Interplay| {
+                        if pair.iter().any(|&variant| self.has_waves(variant)) {
+                            let is_same = |part: usize| {
+                                (share_of(at, pair[part], &known.at[part]) - 1.0).abs() < NEAR_BY_IN_WAVES
+                            };
+                            is_same(0) && is_same(1)
+                        } else {
+                            (known.share(pair, at) - 1.0).abs() < NEAR_BY
+                        }
+                    };
+                    if !responses.of_pair.get(&pair).is_some_and(is_near) {
+                        wanted.push((index, pair));
                     }
                 }
             }
@@ -324,10 +342,11 @@ impl Surrogate {
         let together = |&(cluster, pair): &(usize, [usize; 2])| {
             let both: Vec<(Axis, f64)> = pair.iter().flat_map(|variant| causes[variant].iter().copied()).collect();
             let at = pair.map(|variant| causes[&variant].iter().map(|(_, value)| *value).collect());
-            Ok((cluster, pair, Interplay { at, change: self.beyond_each(bench, cluster, &both)? }))
+            let simulated = self.simulated_change(bench, &bench.clusters[cluster], &both)?;
+            Ok((cluster, pair, Interplay { at, simulated, beyond: Vec::new() }))
         };
         let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
-        Ok(self.keep_together(bench, simulated))
+        Ok(self.keep_together(bench, simulated) || along)
     }
 
     /// Simulates all that is in an answer of more than pairs at once, where that is not known nearby; whether it was.
@@ -352,8 +371,8 @@ impl Surrogate {
         Ok(true)
     }
 
-    /// Takes what answers do beyond their parts anew, where more is known of those.
-    fn apportion(&mut self, bench: Bench<'_>) {
+    /// Takes what pairs and answers do beyond their parts anew, where more is known of those.
+    pub(super) fn apportion(&mut self, bench: Bench<'_>) {
         let Surrogate { responses, ways, .. } = self;
         for (responses, cluster) in responses.iter_mut().zip(bench.clusters) {
             responses.apportion(&ways[cluster.reference], bench.variants);
@@ -372,7 +391,8 @@ impl Surrogate {
             for (&cause, there) in
                 causes.iter().filter(|(_, at)| at.iter().any(|(a, _)| responses.of_axis.contains_key(a)))
             {
-                let is_near = |known: &Interplay| (share_of(there, cause, &known.at[0]) - 1.0).abs() < NEAR_BY_ON_TYRES;
+                let near = if self.has_waves(cause) { NEAR_BY_IN_WAVES } else { NEAR_BY_ON_TYRES };
+                let is_near = |known: &Interplay| (share_of(there, cause, &known.at[0]) - 1.0).abs() < near;
                 let unknown = in_doubt
                     .iter()
                     .filter(|(tyres, _)| !responses.of_pair.get(&[cause, tyres.variant]).is_some_and(is_near));
@@ -380,7 +400,10 @@ impl Surrogate {
             }
         }
         let mut alone: Vec<(usize, (Axis, f64))> = wanted.iter().map(|&(cluster, _, tyres)| (cluster, tyres)).collect();
-        alone.retain(|(cluster, (tyres, _))| !self.on_tyres.contains_key(&(*cluster, tyres.variant)));
+        alone.retain(|(cluster, (tyres, _))| {
+            let is_known = self.on_tyres.contains_key(&(*cluster, tyres.variant));
+            !is_known && !self.responses[*cluster].of_axis.contains_key(tyres)
+        });
         alone.sort_by_key(|(cluster, (tyres, _))| (*cluster, *tyres));
         alone.dedup();
         let simulated: Vec<_> = alone
@@ -390,14 +413,27 @@ impl Surrogate {
                 Ok(((cluster, tyres.0.variant), change))
             })
             .collect::<Result<_, ForwardError>>()?;
-        self.on_tyres.extend(simulated);
+        // However much cylinders grip, all alike, a robot that is as the model has it turns as it does: what friction does to a replay
+        // is of counts that fight, and for causes to make up for. Of tyres, what it does is in the model as it was fitted.
+        let is_rigid = bench.model.scene().contact == Contact::Rigid;
+        if is_rigid {
+            for ((cluster, tyres), change) in simulated {
+                let axis = Axis { variant: tyres, coordinate: 0 };
+                let there = bench.variants[tyres].coordinates[0].std_dev;
+                self.responses[cluster].of_axis.insert(axis, Response::smooth(vec![Node::own(there, change)]));
+            }
+        } else {
+            self.on_tyres.extend(simulated);
+        }
         let together = |&(cluster, cause, (tyres, value)): &(usize, usize, (Axis, f64))| {
             let there = &causes[&cause];
-            let mut change = self.beyond_each(bench, cluster, &[there.as_slice(), &[(tyres, value)]].concat())?;
-            // What tyres do alone is in the model as it was fitted.
-            subtract(&mut change, &self.on_tyres[&(cluster, tyres.variant)]);
+            let both = [there.as_slice(), &[(tyres, value)]].concat();
+            let mut simulated = self.simulated_change(bench, &bench.clusters[cluster], &both)?;
+            if let Some(alone) = self.on_tyres.get(&(cluster, tyres.variant)) {
+                subtract(&mut simulated, alone);
+            }
             let at = [there.iter().map(|(_, value)| *value).collect(), vec![value]];
-            Ok((cluster, [cause, tyres.variant], Interplay { at, change }))
+            Ok((cluster, [cause, tyres.variant], Interplay { at, simulated, beyond: Vec::new() }))
         };
         let simulated = wanted.par_iter().map(together).collect::<Result<_, ForwardError>>()?;
         Ok(self.keep_together(bench, simulated))
@@ -413,26 +449,6 @@ impl Surrogate {
             self.apportion(bench);
         }
         any
-    }
-
-    /// What the simulator says that a hypothesis changes in a cluster beyond what is known of each of its axes, and of each all along
-    /// beside another.
-    pub(super) fn beyond_each(
-        &self,
-        bench: Bench<'_>,
-        cluster: usize,
-        at: &Coordinates,
-    ) -> Result<Vec<Step>, ForwardError> {
-        let mut change = self.simulated_change(bench, &bench.clusters[cluster], at)?;
-        for (axis, value) in at {
-            if let Some(response) = self.responses[cluster].of_axis.get(axis) {
-                let mut alone = vec![[0.0; 3]; change.len()];
-                response.add(*value, 1.0, &mut alone);
-                subtract(&mut change, &alone);
-            }
-        }
-        self.responses[cluster].add_beside(at, -1.0, &mut change);
-        Ok(change)
     }
 
     /// What the simulator says that a hypothesis changes in the steps of a cluster's reference run.

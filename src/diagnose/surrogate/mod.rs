@@ -292,9 +292,14 @@ impl Surrogate {
         self.even.contains(&axis)
     }
 
+    /// Whether a cause does not go on as it begins.
+    pub fn is_wavy(&self, axis: Axis) -> bool {
+        self.wavy.contains(&axis)
+    }
+
     /// Where a cause that does not go on as it begins was simulated; nowhere of others.
     pub fn waves(&self, axis: Axis) -> Vec<f64> {
-        if !self.wavy.contains(&axis) {
+        if !self.is_wavy(axis) {
             return Vec::new();
         }
         let mut all: Vec<f64> = self.nodes_along(axis).collect();

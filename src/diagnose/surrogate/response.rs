@@ -21,9 +21,24 @@ pub(super) struct Responses {
 /// What an axis, all along, and another cause do together beyond what each does alone: the more of that cause, the more of it.
 #[derive(Debug, Clone)]
 pub(super) struct Beside {
-    /// Coordinates of the cause where it was simulated.
-    pub at: Vec<f64>,
-    pub response: Response,
+    /// What was simulated, by the axis' coordinate.
+    simulated: Vec<Together>,
+    /// Beyond what each does, where there is as much of the cause as in the first of them.
+    response: Response,
+}
+
+/// Times as much of a cause beside which something is quite another thing.
+const QUITE: f64 = 4.0;
+
+/// What a cause and one axis of another change in all.
+#[derive(Debug, Clone)]
+pub(super) struct Together {
+    /// Coordinates of the cause.
+    pub cause: Vec<f64>,
+    pub value: f64,
+    pub change: Vec<Step>,
+    /// Whether it was simulated on both sides of it as well.
+    pub is_amid: bool,
 }
 
 /// What two variants do together beyond what each does alone, or all along beside the other.
@@ -31,7 +46,9 @@ pub(super) struct Beside {
 pub(super) struct Interplay {
     /// Coordinates of both where it was simulated.
     pub at: [Vec<f64>; 2],
-    pub change: Vec<Step>,
+    /// What both change in all, of tyres beyond what is in the model as it was fitted.
+    pub simulated: Vec<Step>,
+    pub beyond: Vec<Step>,
 }
 
 /// What all that is in an answer does together beyond what each and each two of it do.
@@ -52,10 +69,54 @@ pub(super) fn share_of(at: &Coordinates, variant: usize, reference: &[f64]) -> f
 }
 
 impl Beside {
-    /// How much of the cause there is at `at`, and where the axis is; nothing where one of them is not at work.
+    /// Of nothing that was simulated yet.
+    pub fn new() -> Beside {
+        Beside { simulated: Vec::new(), response: Response::smooth(Vec::new()) }
+    }
+
+    /// Takes what was simulated beside one size of the cause in place of what was before between the first and the last of it, and of
+    /// what was beside quite another size. Apportion it then.
+    pub fn simulated_at(&mut self, nodes: Vec<Together>) {
+        let Some(first) = nodes.first() else { return };
+        let product = |one: &[f64], other: &[f64]| -> f64 { one.iter().zip(other).map(|(a, b)| a * b).sum() };
+        let share = |known: &Together| product(&known.cause, &first.cause) / product(&first.cause, &first.cause);
+        let between = |one: f64| nodes.iter().any(|it| it.value <= one) && nodes.iter().any(|it| it.value >= one);
+        self.simulated.retain(|known| !between(known.value) && (1.0 / QUITE..QUITE).contains(&share(known)));
+        self.simulated.extend(nodes);
+        self.simulated.sort_by(|a, b| a.value.total_cmp(&b.value));
+    }
+
+    /// Whether it was simulated, and on both sides, no farther than `by` along the axis from `value`, beside as much of the cause to a
+    /// share.
+    pub fn is_known(&self, cause: usize, at: &Coordinates, (value, by): (f64, f64), share: f64) -> bool {
+        let is_near = |it: &Together| {
+            it.is_amid && (it.value - value).abs() <= by && (share_of(at, cause, &it.cause) - 1.0).abs() < share
+        };
+        self.simulated.iter().any(is_near)
+    }
+
+    /// How much of the cause there is at `at`, and where the axis is, or the last place on the way there that was simulated; nothing
+    /// where one of them is not at work.
     fn place(&self, (cause, axis): (usize, Axis), at: &Coordinates) -> Option<(f64, f64)> {
         let (_, value) = at.iter().find(|(known, value)| *known == axis && *value != 0.0)?;
-        Some((share_of(at, cause, &self.at), *value)).filter(|(share, _)| *share != 0.0)
+        let [first, last] = [self.simulated.first()?, self.simulated.last()?].map(|it| it.value);
+        let share = share_of(at, cause, &self.simulated[0].cause);
+        Some((share, value.clamp(first.min(0.0), last.max(0.0)))).filter(|(share, _)| *share != 0.0)
+    }
+
+    /// Takes what each of them does, as `parts` have it, from what was simulated.
+    fn apportion(&mut self, (cause, axis): (usize, Axis), parts: impl Fn(&Coordinates, &mut [Step])) {
+        let beyond = |it: &Together| {
+            let mut each = vec![[0.0; 3]; it.change.len()];
+            let at: Vec<(Axis, f64)> = along(cause, &it.cause).chain([(axis, it.value)]).collect();
+            parts(&at, &mut each);
+            let mut beyond = vec![[0.0; 3]; it.change.len()];
+            let share = share_of(&at, cause, &self.simulated[0].cause);
+            add_times(1.0 / share, &it.change, &mut beyond);
+            add_times(-1.0 / share, &each, &mut beyond);
+            Node::own(it.value, beyond)
+        };
+        self.response = Response::smooth(self.simulated.iter().map(beyond).collect());
     }
 }
 
@@ -64,6 +125,10 @@ impl Interplay {
     pub fn share(&self, [one, other]: [usize; 2], at: &Coordinates) -> f64 {
         let of_one = share_of(at, one, &self.at[0]);
         if of_one == 0.0 { 0.0 } else { of_one * share_of(at, other, &self.at[1]) }
+    }
+
+    fn coordinates(&self, pair: [usize; 2]) -> Vec<(Axis, f64)> {
+        pair.iter().zip(&self.at).flat_map(|(variant, values)| along(*variant, values)).collect()
     }
 }
 
@@ -75,12 +140,12 @@ impl Whole {
     }
 
     fn coordinates(&self) -> Vec<(Axis, f64)> {
-        let along = |(variant, values): (&usize, &Vec<f64>)| -> Vec<(Axis, f64)> {
-            let axis = |coordinate| Axis { variant: *variant, coordinate };
-            values.iter().enumerate().map(|(coordinate, value)| (axis(coordinate), *value)).collect()
-        };
-        self.at.iter().flat_map(along).collect()
+        self.at.iter().flat_map(|(variant, values)| along(*variant, values)).collect()
     }
+}
+
+fn along(variant: usize, values: &[f64]) -> impl Iterator<Item = (Axis, f64)> {
+    values.iter().enumerate().map(move |(coordinate, value)| (Axis { variant, coordinate }, *value))
 }
 
 /// A coordinate, and what the simulator says that it changes.
@@ -254,15 +319,20 @@ impl Responses {
 
     /// The same of each cause and each two of them.
     fn add_parts(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
+        self.add_each(at, way, variants, steps);
+        for (pair, interplay) in &self.of_pair {
+            add_times(interplay.share(*pair, at), &interplay.beyond, steps);
+        }
+    }
+
+    /// The same of each cause, alone and all along beside others.
+    fn add_each(&self, at: &Coordinates, way: &Way, variants: &[Variant], steps: &mut [Step]) {
         for (axis, value) in at {
             if let Some(response) = self.of_axis.get(axis) {
                 response.add(way.along(axis, *value, variants), 1.0, steps);
             }
         }
         self.add_beside(at, 1.0, steps);
-        for (pair, interplay) in &self.of_pair {
-            add_times(interplay.share(*pair, at), &interplay.change, steps);
-        }
     }
 
     /// Whether one of two variants was simulated all along beside the other.
@@ -272,7 +342,7 @@ impl Responses {
     }
 
     /// Adds, so many times, what axes do all along beside causes of a hypothesis, beyond what each of them does alone.
-    pub fn add_beside(&self, at: &Coordinates, times: f64, steps: &mut [Step]) {
+    fn add_beside(&self, at: &Coordinates, times: f64, steps: &mut [Step]) {
         for (both, beside) in &self.beside {
             if let Some((share, value)) = beside.place(*both, at) {
                 beside.response.add(value, times * share, steps);
@@ -290,8 +360,21 @@ impl Responses {
         })
     }
 
-    /// Takes what answers do beyond their parts anew, where more is known of those.
+    /// Takes what pairs and answers do beyond their parts anew, where more is known of those.
     pub fn apportion(&mut self, way: &Way, variants: &[Variant]) {
+        // Where two are known along both, the second is what the first does not have.
+        for (both, mut beside) in std::mem::take(&mut self.beside) {
+            beside.apportion(both, |at, steps| self.add_each(at, way, variants, steps));
+            self.beside.insert(both, beside);
+        }
+        let mut pairs = std::mem::take(&mut self.of_pair);
+        for (pair, interplay) in &mut pairs {
+            let mut parts = vec![[0.0; 3]; interplay.simulated.len()];
+            self.add_each(&interplay.coordinates(*pair), way, variants, &mut parts);
+            interplay.beyond.clone_from(&interplay.simulated);
+            subtract(&mut interplay.beyond, &parts);
+        }
+        self.of_pair = pairs;
         let mut all = std::mem::take(&mut self.of_all);
         for whole in &mut all {
             let mut parts = vec![[0.0; 3]; whole.simulated.len()];
@@ -333,7 +416,7 @@ impl Responses {
         }
         for (pair, interplay) in self.of_pair.iter().filter(|(pair, _)| pair.iter().any(is_moved)) {
             let beyond = interplay.share(*pair, to) - interplay.share(*pair, from);
-            add_times(beyond, &interplay.change, steps);
+            add_times(beyond, &interplay.beyond, steps);
             is_something |= beyond != 0.0;
         }
         let [before, now] = [from, to].map(|at| self.most_of(at));
@@ -419,16 +502,80 @@ mod tests {
         }
     }
 
+    fn step(x: f64) -> Vec<Step> {
+        vec![[x, 0.0, 0.0]]
+    }
+
+    fn axis(variant: usize) -> Axis {
+        Axis { variant, coordinate: 0 }
+    }
+
+    /// Causes of one coordinate each, and a way of one step.
+    fn causes(count: usize) -> (Vec<Variant>, Way) {
+        let variants = (0..count).map(|_| Variant::empirical(TermPart::Forward, Feature::Speed, 1.0)).collect();
+        let start = Pose2::IDENTITY;
+        (variants, Way { start, steps: step(0.0), bows: Vec::new(), began: 0.0, lasts: 1.0, hours: 0.0 })
+    }
+
+    /// Two causes that do neither a sum nor a product: what was simulated along each of them beside the other comes out, and their
+    /// slopes there, also where more is known of one of them since; beyond it what they do together is level.
+    #[test]
+    fn what_was_simulated_along_two_causes_comes_out_along_both() {
+        let (variants, way) = causes(2);
+        let together = |a: f64, b: f64| a * a - b + a * b * (b - 3.0 * a).cos();
+        let through = |nodes: &[f64], change: &dyn Fn(f64) -> f64| {
+            Response::smooth(nodes.iter().map(|&at| Node::own(at, step(change(at)))).collect())
+        };
+        let mut responses = Responses::default();
+        responses.of_axis.insert(axis(0), through(&[1.0, 2.0], &|a| together(a, 0.0)));
+        responses.of_axis.insert(axis(1), through(&[1.0, -1.0], &|b| together(0.0, b)));
+        let (a, b) = (1.3, -0.7);
+        let about = |x: f64| [-0.1, -0.05, 0.0, 0.05, 0.1].map(|by| x + by);
+        let node = |cause: f64, value: f64, change: f64| Together {
+            cause: vec![cause],
+            value,
+            change: step(change),
+            is_amid: value == b,
+        };
+        let mut along = |both: (usize, Axis), nodes: Vec<Together>| {
+            responses.beside.entry(both).or_insert_with(Beside::new).simulated_at(nodes);
+            responses.apportion(&way, &variants);
+        };
+        // Elsewhere before, and no more of it then.
+        along((0, axis(1)), [-0.9, -0.75, -0.65].map(|b| node(0.4, b, together(0.4, b))).to_vec());
+        along((0, axis(1)), about(b).map(|b| node(a, b, together(a, b))).to_vec());
+        along((1, axis(0)), about(a).map(|a| node(b, a, together(a, b))).to_vec());
+        responses.of_axis.insert(axis(0), through(&[1.0, 1.25, 2.0], &|a| together(a, 0.0) + 0.1 * a));
+        responses.apportion(&way, &variants);
+        let changed = |a: f64, b: f64| {
+            let mut steps = step(0.0);
+            responses.add_exact(&[(axis(0), a), (axis(1), b)], &way, &variants, &mut steps);
+            steps[0][0]
+        };
+        for (one, other) in about(a).map(|a| (a, b)).into_iter().chain(about(b).map(|b| (a, b))) {
+            assert!((changed(one, other) - together(one, other)).abs() < 1e-12, "{one}, {other}");
+        }
+        // The next term of a parabola through nodes `h` apart, h²/6 of the third derivative, which is less than 60.
+        let slope = |of: &dyn Fn(f64) -> f64, x: f64| (of(x + 1e-6) - of(x - 1e-6)) / 2e-6;
+        let off = [
+            slope(&|x| changed(x, b), a) - slope(&|x| together(x, b), a),
+            slope(&|x| changed(a, x), b) - slope(&|x| together(a, x), b),
+        ];
+        assert!(off.iter().all(|off| off.abs() < 60.0 * 0.05 * 0.05 / 6.0), "{off:?}");
+        let beyond = |b: f64| changed(a, b) - changed(0.0, b);
+        assert!((beyond(-2.0) - beyond(-0.9)).abs() < 1e-12);
+        let knows = |at: [f64; 2], value: f64| {
+            let at = [(axis(0), at[0]), (axis(1), at[1])];
+            responses.beside[&(0, axis(1))].is_known(0, &at, (value, 0.01), 0.02)
+        };
+        assert!(knows([a, b], b) && !knows([1.1 * a, b], b) && !knows([a, b], b - 0.1));
+    }
+
     /// Causes whose changes multiply: what was simulated at once comes out where it was simulated and near it, also where more
     /// is known of one of them since, and not where one of them is hardly there; what is less of it then does.
     #[test]
     fn what_was_simulated_at_once_comes_out_where_it_was() {
-        let step = |x: f64| vec![[x, 0.0, 0.0]];
-        let axis = |variant| Axis { variant, coordinate: 0 };
-        let variants: Vec<Variant> =
-            (0..3).map(|_| Variant::empirical(TermPart::Forward, Feature::Speed, 1.0)).collect();
-        let way =
-            Way { start: Pose2::IDENTITY, steps: step(0.0), bows: Vec::new(), began: 0.0, lasts: 1.0, hours: 0.0 };
+        let (variants, way) = causes(3);
         let mut responses = Responses::default();
         for variant in 0..3 {
             responses.of_axis.insert(axis(variant), Response::smooth(vec![Node::own(1.0, step(1.0))]));

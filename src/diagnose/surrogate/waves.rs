@@ -8,9 +8,10 @@
 //! else there than was foretold, the way there is simulated ever more closely, until it does what is foretold, and fits begin at each
 //! place (`search`). Which wheel gives hangs on what else moves the robot, too: axles that differ turn it one way alone and the other
 //! way beside unequal wheels. So what does not go on as it begins is simulated all along beside each cause that leads alone
-//! (`refine`).
+//! (`refine`), and beside each that is in an answer with it about where it is there: a fit needs to know how what they do together
+//! goes on as well as what it is, or it stops beside the best, and sure of it.
 
-use super::response::{Beside, Node, Response};
+use super::response::{Beside, Node, Response, Together};
 use super::{Bench, Surrogate, exact};
 use crate::diagnose::forward::ForwardError;
 use crate::diagnose::variant::{Axis, Coordinates, Variant};
@@ -26,6 +27,8 @@ const APART: f64 = 0.2;
 /// any survey reads \[m\].
 const ASTRAY: f64 = 0.1;
 const UNREAD: f64 = 0.001;
+/// Where a cause is simulated about a place, so that how it goes on from there is known as well as where it is \[σ\].
+const ABOUT: [f64; 5] = [-0.3, -0.1, 0.0, 0.1, 0.3];
 
 impl Surrogate {
     /// Simulates what causes do as far as is plausible, those of one sign and, on wheels that grip or `give`, all, in `clusters` of
@@ -97,20 +100,75 @@ impl Surrogate {
             }
         }
         let all_along = |&(cluster, cause, axis): &(usize, usize, Axis)| {
-            let there = &causes[&cause];
             // Where the robot cannot be driven, nothing is known.
-            let together = |value: f64| {
-                let both = [there.as_slice(), &[(axis, value)]].concat();
-                Some(Node::own(value, self.beyond_each(bench, cluster, &both).ok()?))
-            };
-            let nodes: Vec<Node> = self.waves(axis).into_par_iter().filter_map(together).collect();
-            let at = there.iter().map(|(_, value)| *value).collect();
-            (!nodes.is_empty()).then(|| (cluster, (cause, axis), Beside { at, response: Response::smooth(nodes) }))
+            let there = |value: f64| self.together(bench, cluster, &causes[&cause], (axis, value)).ok();
+            let nodes = self.waves(axis).into_par_iter().filter_map(there);
+            (cluster, (cause, axis), nodes.map(|node| Together { is_amid: true, ..node }).collect())
         };
-        let simulated: Vec<_> = wanted.par_iter().filter_map(all_along).collect();
-        let any = !simulated.is_empty();
-        for (cluster, both, beside) in simulated {
-            self.responses[cluster].beside.insert(both, beside);
+        let simulated: Vec<_> = wanted.par_iter().map(all_along).collect();
+        self.keep_along(bench, simulated)
+    }
+
+    /// Simulates what does not go on as it begins beside another cause of an answer, about where it is, if that is not known nearby;
+    /// whether anything was. Along both of two such causes, if both are.
+    pub(super) fn couple_along(&mut self, bench: Bench<'_>, answer: &Coordinates) -> Result<bool, ForwardError> {
+        let causes = exact::at_work(bench.variants, answer);
+        let std_dev = |axis: Axis| bench.variants[axis.variant].coordinates[axis.coordinate].std_dev;
+        let mut wanted: Vec<(usize, usize, (Axis, f64))> = Vec::new();
+        for (cluster, responses) in self.responses.iter().enumerate() {
+            let is_concerned = |at: &[(Axis, f64)]| at.iter().any(|(axis, _)| responses.of_axis.contains_key(axis));
+            for (&cause, _) in causes.iter().filter(|(_, at)| is_concerned(at)) {
+                let others = causes.iter().filter(|(other, _)| **other != cause).flat_map(|(_, at)| at);
+                let is_known = |&(axis, value): &(Axis, f64)| {
+                    let near = (value, exact::SAME_IN_WAVES * std_dev(axis));
+                    let beside = responses.beside.get(&(cause, axis));
+                    beside.is_some_and(|it| it.is_known(cause, answer, near, exact::NEAR_BY_IN_WAVES))
+                };
+                let in_waves = others.filter(|(axis, value)| {
+                    let is_something = value.abs() > exact::SAME * std_dev(*axis);
+                    is_something && self.is_wavy(*axis) && responses.of_axis.contains_key(axis)
+                });
+                wanted.extend(in_waves.filter(|it| !is_known(it)).map(|&it| (cluster, cause, it)));
+            }
+        }
+        let about = |&(cluster, cause, (axis, place)): &(usize, usize, (Axis, f64))| {
+            let coordinate = bench.variants[axis.variant].coordinates[axis.coordinate];
+            let is_there = |it: &f64| *it * place > 0.0 && coordinate.within(*it) == *it;
+            let about = ABOUT.map(|z| place + z * coordinate.std_dev).into_iter();
+            let values: Vec<f64> = about.filter(|it| *it == place || is_there(it)).collect();
+            let there = |value: f64| match self.together(bench, cluster, &causes[&cause], (axis, value)) {
+                Ok(there) => Some(Ok(Together { is_amid: value == place, ..there })),
+                // No farther than the robot can be driven.
+                Err(error) => (value == place).then_some(Err(error)),
+            };
+            let nodes = values.into_par_iter().filter_map(there).collect::<Result<_, ForwardError>>()?;
+            Ok((cluster, (cause, axis), nodes))
+        };
+        let simulated = wanted.par_iter().map(about).collect::<Result<_, ForwardError>>()?;
+        Ok(self.keep_along(bench, simulated))
+    }
+
+    /// What a cause and a value of one axis of another change in a cluster.
+    fn together(
+        &self,
+        bench: Bench<'_>,
+        cluster: usize,
+        cause: &Coordinates,
+        (axis, value): (Axis, f64),
+    ) -> Result<Together, ForwardError> {
+        let both = [cause, &[(axis, value)]].concat();
+        let change = self.simulated_change(bench, &bench.clusters[cluster], &both)?;
+        Ok(Together { cause: cause.iter().map(|(_, value)| *value).collect(), value, change, is_amid: false })
+    }
+
+    /// Keeps what axes do beside causes in clusters; whether there is any.
+    fn keep_along(&mut self, bench: Bench<'_>, simulated: Vec<(usize, (usize, Axis), Vec<Together>)>) -> bool {
+        let any = simulated.iter().any(|(_, _, nodes)| !nodes.is_empty());
+        for (cluster, both, nodes) in simulated {
+            self.responses[cluster].beside.entry(both).or_insert_with(Beside::new).simulated_at(nodes);
+        }
+        if any {
+            self.apportion(bench);
         }
         any
     }
