@@ -332,22 +332,17 @@ impl Responses {
                 response.add(way.along(axis, *value, variants), 1.0, steps);
             }
         }
-        self.add_beside(at, 1.0, steps);
+        for (both, beside) in &self.beside {
+            if let Some((share, value)) = beside.place(*both, at) {
+                beside.response.add(value, share, steps);
+            }
+        }
     }
 
     /// Whether one of two variants was simulated all along beside the other.
     pub fn is_beside(&self, [one, other]: [usize; 2]) -> bool {
         let both = |(cause, axis): &(usize, Axis)| [*cause, axis.variant];
         self.beside.keys().map(both).any(|both| both == [one, other] || both == [other, one])
-    }
-
-    /// Adds, so many times, what axes do all along beside causes of a hypothesis, beyond what each of them does alone.
-    fn add_beside(&self, at: &Coordinates, times: f64, steps: &mut [Step]) {
-        for (both, beside) in &self.beside {
-            if let Some((share, value)) = beside.place(*both, at) {
-                beside.response.add(value, times * share, steps);
-            }
-        }
     }
 
     /// Of the answers that are part of a hypothesis and were simulated at once the one of which there is most, part by part, and
